@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/ring_calibration.h"
+#include "base/surface_sample.h"
+
+namespace annulus {
+
+/// One range reading as it was taken. Missing return: range_mm is NaN.
+struct RangeReading {
+  double range_mm = std::numeric_limits<double>::quiet_NaN();  ///< Raw range from the sensor's zero, mm.
+  double z_mm = 0.0;                                           ///< Carriage height at the reading's time, mm.
+  std::uint8_t quality = 255;                                  ///< Return quality, 0 (none) … 255 (best).
+};
+
+/// All sensors at one carriage position.
+struct ScanLevel {
+  std::uint32_t index = 0;             ///< Level within its sweep, 0 first taken.
+  std::uint16_t sweep = 0;
+  std::chrono::nanoseconds time{0};    ///< Host clock of the level's SYNC; 0 where unknown.
+  std::vector<RangeReading> readings;  ///< One per sensor of the ring.
+};
+
+/// What a recording says of itself before its first level.
+struct ScanHeader {
+  std::uint32_t format_version = 1;
+  std::string station_id;         ///< "sim" for the simulated booth, "import" for imported files.
+  std::string source;             ///< Free text of an imported file's header; the subject of a simulated scan.
+  std::string subject_id;         ///< Pseudonym; never a name.
+  std::string consent_reference;
+  std::string program_version;
+  double ring_radius_mm = 0.0;
+  RingCalibration calibration;    ///< Full copy of what was in force; sensors.size() is the ring's sensor count.
+  std::string profile;            ///< Scan profile; "" where unknown.
+  std::string plan_json;          ///< The validated plan as JSON; "" where unknown.
+  std::uint64_t seed = 0;         ///< Of a simulated scan.
+  std::int64_t wall_start_ns = 0; ///< Wall clock of the start, ns since 1970; 0 where unknown.
+};
+
+/// A whole scan in memory: what a recording holds, what import makes and export writes.
+struct Scan {
+  ScanHeader header;
+  std::vector<ScanLevel> levels;  ///< In the order they were taken.
+};
+
+/// The calibrated points of every return of a scan (SampleBuilder): paper 001, eq. 2.1 for an ideal ring.
+/// Readings that are not finite, beyond the axis or not positive are left out.
+[[nodiscard]] std::vector<SurfaceSample> BuildSamples(const Scan& scan);
+
+/// "sha256:" + hex of ring geometry and readings (not of file bytes): the identity of what was measured.
+[[nodiscard]] std::string ScanHash(const Scan& scan);
+
+}  // namespace annulus

@@ -1,0 +1,38 @@
+# Warnings are errors in our own code; dependencies are system headers.
+add_library(annulus_warnings INTERFACE)
+target_compile_options(annulus_warnings INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor
+                       -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+# Results must not depend on whether the compiler fuses a multiply and an add.
+target_compile_options(annulus_warnings INTERFACE -ffp-contract=off)
+target_include_directories(annulus_warnings INTERFACE ${CMAKE_SOURCE_DIR})
+
+# annulus_library(<folder> SOURCES … PUBLIC libs… PRIVATE libs…): the one library of a folder.
+function(annulus_library folder)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${folder} STATIC ${ARG_SOURCES})
+  target_link_libraries(${folder} PUBLIC ${ARG_PUBLIC} PRIVATE annulus_warnings ${ARG_PRIVATE})
+  target_include_directories(${folder} PUBLIC ${CMAKE_SOURCE_DIR})
+endfunction()
+
+# annulus_test(<folder> SOURCES … LIBS …): the one unit-test program of a folder, one CTest per program.
+function(annulus_test folder)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${folder}_test ${ARG_SOURCES})
+  target_link_libraries(${folder}_test PRIVATE annulus_warnings ${ARG_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${folder}_test PRIVATE ANNULUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                             ANNULUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  add_test(NAME unit_${folder} COMMAND ${folder}_test)
+  set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600)
+endfunction()
+
+# annulus_fuzz(<name> SOURCES … LIBS …): a libFuzzer target with its corpus in tests/fuzz/corpus/<name>.
+function(annulus_fuzz name)
+  if(NOT ANNULUS_FUZZ)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(fuzz_${name} ${ARG_SOURCES})
+  target_link_libraries(fuzz_${name} PRIVATE annulus_warnings ${ARG_LIBS})
+  target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+  set_property(GLOBAL APPEND PROPERTY ANNULUS_FUZZ_TARGETS fuzz_${name})
+endfunction()

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fitting/spline_surface.h"
+
+namespace annulus {
+
+/// How a place on the surface is known.
+enum class Knowledge : std::uint8_t {
+  kUnknown = 0,   ///< Too far from any accepted return: no number may be given.
+  kInferred = 1,  ///< Between accepted returns: the smooth surface bridges it.
+  kMeasured = 2,  ///< Accepted returns lie in or next to it.
+};
+
+/// The measured/inferred/unknown state of a regular grid of cells over (theta, z).
+class KnowledgeMap {
+ public:
+  KnowledgeMap() = default;
+  /// All unknown. Row 0 at z_min. Requires columns, rows >= 1 and z_min < z_max.
+  KnowledgeMap(std::size_t columns, std::size_t rows, double z_min, double z_max);
+
+  [[nodiscard]] std::size_t columns() const { return columns_; }
+  [[nodiscard]] std::size_t rows() const { return rows_; }
+  [[nodiscard]] double z_min() const { return z_min_; }
+  [[nodiscard]] double z_max() const { return z_max_; }
+  [[nodiscard]] Knowledge Cell(std::size_t column, std::size_t row) const { return cells_[row * columns_ + column]; }
+  void SetCell(std::size_t column, std::size_t row, Knowledge k) { cells_[row * columns_ + column] = k; }
+  /// The cell that holds (theta, z); z outside the map is unknown.
+  [[nodiscard]] Knowledge At(double theta, double z) const;
+
+ private:
+  std::size_t columns_ = 0;
+  std::size_t rows_ = 0;
+  double z_min_ = 0.0;
+  double z_max_ = 0.0;
+  std::vector<Knowledge> cells_;
+};
+
+/// One connected piece of a body's surface.
+struct SurfaceSegment {
+  std::string name;                        ///< "body" unless there are several.
+  SplineSurface surface;
+  KnowledgeMap knowledge;
+  Eigen::SparseMatrix<double> normal_matrix;  ///< Upper triangle, A = (Σ wBᵀB/σ² + penalty); covariance = A⁻¹. May be empty.
+};
+
+/// Where a model came from. No path, host name or wall time.
+struct Provenance {
+  std::string recording_hash;    ///< "sha256:…" of the recording's samples; "" where unknown.
+  std::string calibration_hash;
+  std::string program_version;
+  std::string method;            ///< "uniform", …
+  std::uint64_t seed = 0;        ///< Of a simulated scan; 0 otherwise.
+};
+
+/// All that a fit knows of a body: self-sufficient input of every later step. Saved as MODEL.json.
+struct SurfaceModel {
+  std::vector<SurfaceSegment> segments;  ///< At least one; the first is the main one.
+  double noise_sigma_mm = 0.0;           ///< Estimated sd of one return about the surface.
+  Provenance provenance;
+
+  [[nodiscard]] const SurfaceSegment& main() const { return segments.front(); }
+};
+
+}  // namespace annulus
