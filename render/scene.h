@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "modeling/mesh/triangle_mesh.h"
+#include "render/camera.h"
+#include "render/image.h"
+#include "render/material.h"
+
+namespace annulus {
+
+/// One thing in the picture.
+struct SceneItem {
+  TriangleMesh mesh;  ///< Station frame, mm. Both sides of a face are drawn.
+  Material material;
+  std::string group;                     ///< For messages: "head", "frame", "lens".
+  std::vector<Eigen::Vector3d> normals;  ///< Unit, per vertex; empty means area-weighted from the faces.
+};
+
+/// What is drawn: opaque things and lenses, in any order.
+struct Scene {
+  std::vector<SceneItem> items;
+};
+
+/// The box around all vertices of the scene; empty for an empty scene. Station frame, mm.
+[[nodiscard]] Eigen::AlignedBox3d BoundsOf(const Scene& scene);
+
+/// What stands behind the scene: a soft pool of light on a wall.
+struct Backdrop {
+  LinearRgb centre = LinearRgb(0.80F, 0.81F, 0.83F);
+  LinearRgb edge = LinearRgb(0.34F, 0.36F, 0.39F);
+};
+
+struct RenderOptions {
+  int width = 360;        ///< Pixels, 1 … kMaxImageSize.
+  int height = 360;       ///< Pixels, 1 … kMaxImageSize.
+  int supersampling = 2;  ///< Samples per pixel along each side, 1 … 8 (paper 000, §5: 2).
+  int threads = 0;        ///< 0 means as many as the machine has. The picture does not depend on it.
+  Backdrop backdrop;
+  double occlusion = 0.6;  ///< Strength of the ambient occlusion, 0 (none) … 1.
+};
+
+inline constexpr int kMaxImageSize = 8192;
+/// Most samples (pixels times supersampling squared) of one picture; bounds the memory to about 2 GiB.
+inline constexpr std::size_t kMaxSamples = std::size_t{1} << 26;
+
+/// The opaque part of a picture before filtering: one entry per sample. Kept, it saves drawing the head again while
+/// the frame changes (paper 000, §5). Row-major, row 0 at the top.
+struct Layer {
+  int width = 0;                        ///< Samples.
+  int height = 0;                       ///< Samples.
+  std::vector<LinearRgb> rgb;           ///< Light towards the eye; 0 where nothing is.
+  std::vector<float> depth;             ///< mm along the optical axis; kNoDepth where nothing is.
+  std::vector<Eigen::Vector3f> normal;  ///< Unit, camera frame with z towards the eye; 0 where nothing is.
+};
+
+/// Draws the opaque items of `scene`; lenses are left out. Fails on sizes out of range, a vertex that is not finite or
+/// further than 1 km from the origin, a face with a missing vertex, normals of another count, or a stop request.
+[[nodiscard]] Result<Layer> RenderLayer(const Scene& scene, const Camera& camera, const RenderOptions& options,
+                                        const TaskContext& task);
+
+/// Per sample the nearer of two layers of the same size and camera (`first` where equal): head and frame drawn apart
+/// (paper 000, §4). Equals drawing both together, sample for sample. Fails if the sizes differ.
+[[nodiscard]] Result<Layer> Compose(const Layer& first, const Layer& second);
+
+/// Turns an opaque layer into the picture: ambient occlusion, backdrop, the lenses of `scene` back to front (each
+/// passes transmittance times what is behind it, plus its highlight), box filter in linear light.
+/// The depth is that of the nearest opaque sample of each pixel. Fails as RenderLayer, and if the layer's size is not
+/// that of `options`.
+[[nodiscard]] Result<RgbImage> FinishImage(const Layer& layer, const Scene& scene, const Camera& camera,
+                                           const RenderOptions& options, const TaskContext& task);
+
+/// RenderLayer, then FinishImage.
+[[nodiscard]] Result<RgbImage> Render(const Scene& scene, const Camera& camera, const RenderOptions& options,
+                                      const TaskContext& task);
+
+}  // namespace annulus
