@@ -25,6 +25,11 @@ function(annulus_test folder)
   set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600)
 endfunction()
 
+# All fuzz targets at once.
+if(ANNULUS_FUZZ)
+  add_custom_target(fuzz_targets)
+endif()
+
 # annulus_fuzz(<name> SOURCES … LIBS …): a libFuzzer target with its corpus in tests/fuzz/corpus/<name>.
 function(annulus_fuzz name)
   if(NOT ANNULUS_FUZZ)
@@ -34,5 +39,5 @@ function(annulus_fuzz name)
   add_executable(fuzz_${name} ${ARG_SOURCES})
   target_link_libraries(fuzz_${name} PRIVATE annulus_warnings ${ARG_LIBS})
   target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
-  set_property(GLOBAL APPEND PROPERTY ANNULUS_FUZZ_TARGETS fuzz_${name})
+  add_dependencies(fuzz_targets fuzz_${name})
 endfunction()
