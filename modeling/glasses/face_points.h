@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "fitting/spline_surface.h"
+
+namespace annulus {
+
+/// How a point was found.
+enum class FacePointSource {
+  kDetected,    ///< The feature was found on the surface.
+  kProportion,  ///< The feature was not found; placed by proportion to the face. Say so wherever it is used.
+  kGiven,       ///< Entered by a person.
+};
+/// "detected", "proportion", "given".
+[[nodiscard]] std::string_view FacePointSourceName(FacePointSource source);
+
+/// A point of the face, station frame, mm.
+struct FacePoint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  FacePointSource source = FacePointSource::kGiven;
+};
+
+/// The five data of paper 000, §5, fig. 20, and two more, in the station frame (front +y, +x the subject's right, z
+/// up), mm.
+struct FacePoints {
+  FacePoint eye_right;  ///< (1) Centre of the right eye, on the surface.
+  FacePoint eye_left;   ///< (2)
+  FacePoint ear_right;  ///< (3) Top of the right ear where the temple rests (otobasion superius).
+  FacePoint ear_left;   ///< (4)
+  FacePoint forehead;   ///< (5) "slightly before" the forehead's centre: y is the paper's Z.
+  FacePoint sellion;    ///< Deepest point of the nose's root in the mid profile.
+  FacePoint pronasale;  ///< Tip of the nose.
+};
+
+/// A face point by its name in files and reports ("eye_right").
+struct NamedFacePoint {
+  std::string_view name;
+  FacePoint FacePoints::*member;
+};
+/// All seven, in the order of the struct.
+[[nodiscard]] const std::vector<NamedFacePoint>& FacePointNames();
+
+/// Finds the face points on a fitted head, bust or standing person whose front is near +y: only the part above the
+/// neck's smallest girth is searched. Fails when there is no head (no nose at the front, or the surface is too short).
+[[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head);
+
+}  // namespace annulus
