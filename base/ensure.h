@@ -17,9 +17,9 @@ class LogicError : public std::logic_error {
 }  // namespace annulus
 
 /// Always-on check of what the program promises itself (never of what the world does: that is a Result).
-#define ENSURE(condition, message)                                       \
-  do {                                                                   \
-    if (!(condition)) {                                                  \
+#define ENSURE(condition, message)                                      \
+  do {                                                                  \
+    if (!(condition)) {                                                 \
       ::annulus::FailEnsure(__FILE__, __LINE__, #condition, (message)); \
-    }                                                                    \
+    }                                                                   \
   } while (false)

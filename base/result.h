@@ -38,8 +38,7 @@ template <class T>
 }  // namespace annulus
 
 /// Leaves the function with the error of `expression` (a Status or Result) if it failed.
-#define RETURN_IF_ERROR(expression)                          \
-  do {                                                       \
-    if (auto annulus_status = (expression); !annulus_status) \
-      return ::annulus::Fail(annulus_status);                \
+#define RETURN_IF_ERROR(expression)                                                                  \
+  do {                                                                                               \
+    if (auto annulus_status = (expression); !annulus_status) return ::annulus::Fail(annulus_status); \
   } while (false)

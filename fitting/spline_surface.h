@@ -12,9 +12,9 @@ namespace annulus {
 
 /// Radius and its partial derivatives at one (theta, z).
 struct RadiusJet {
-  double r = 0.0;         ///< mm
-  double r_theta = 0.0;   ///< mm/rad
-  double r_z = 0.0;       ///< mm/mm
+  double r = 0.0;        ///< mm
+  double r_theta = 0.0;  ///< mm/rad
+  double r_z = 0.0;      ///< mm/mm
   double r_theta_theta = 0.0;
   double r_theta_z = 0.0;
   double r_z_z = 0.0;
@@ -29,7 +29,8 @@ struct RadiusRow {
 };
 
 /// The measured surface r(theta, z), mm, in the station frame: periodic cubic B-spline in theta (rad) by clamped cubic
-/// B-spline in z (mm). C2. Immutable value. Coefficient (i, j) of theta-spline i and z-spline j is at j·theta_count + i.
+/// B-spline in z (mm). C2. Immutable value. Coefficient (i, j) of theta-spline i and z-spline j is at j·theta_count +
+/// i.
 class SplineSurface {
  public:
   /// Requires coefficients.size() == theta.count() · z.count().

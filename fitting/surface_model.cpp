@@ -1,6 +1,7 @@
 #include "fitting/surface_model.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/ensure.h"
 
@@ -13,9 +14,9 @@ KnowledgeMap::KnowledgeMap(std::size_t columns, std::size_t rows, double z_min, 
 
 Knowledge KnowledgeMap::At(double theta, double z) const {
   if (cells_.empty() || !(z >= z_min_) || !(z <= z_max_)) return Knowledge::kUnknown;
-  const double u = WrapAngle(theta) / kTwoPi * static_cast<double>(columns_);
+  const double u = std::round(WrapAngle(theta) / kTwoPi * static_cast<double>(columns_));
   const double v = (z - z_min_) / (z_max_ - z_min_) * static_cast<double>(rows_);
-  return Cell(std::min(static_cast<std::size_t>(u), columns_ - 1), std::min(static_cast<std::size_t>(v), rows_ - 1));
+  return Cell(static_cast<std::size_t>(u) % columns_, std::min(static_cast<std::size_t>(v), rows_ - 1));
 }
 
 }  // namespace annulus

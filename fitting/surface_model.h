@@ -20,7 +20,7 @@ enum class Knowledge : std::uint8_t {
 class KnowledgeMap {
  public:
   KnowledgeMap() = default;
-  /// All unknown. Row 0 at z_min. Requires columns, rows >= 1 and z_min < z_max.
+  /// All unknown. Row 0 begins at z_min; column 0 is centred on theta 0. Requires columns, rows >= 1 and z_min < z_max.
   KnowledgeMap(std::size_t columns, std::size_t rows, double z_min, double z_max);
 
   [[nodiscard]] std::size_t columns() const { return columns_; }
@@ -42,19 +42,20 @@ class KnowledgeMap {
 
 /// One connected piece of a body's surface.
 struct SurfaceSegment {
-  std::string name;                        ///< "body" unless there are several.
+  std::string name;  ///< "body" unless there are several.
   SplineSurface surface;
   KnowledgeMap knowledge;
-  Eigen::SparseMatrix<double> normal_matrix;  ///< Upper triangle, A = (Σ wBᵀB/σ² + penalty); covariance = A⁻¹. May be empty.
+  Eigen::SparseMatrix<double>
+      normal_matrix;  ///< Upper triangle, A = (Σ wBᵀB/σ² + penalty); covariance = A⁻¹. May be empty.
 };
 
 /// Where a model came from. No path, host name or wall time.
 struct Provenance {
-  std::string recording_hash;    ///< "sha256:…" of the recording's samples; "" where unknown.
+  std::string recording_hash;  ///< "sha256:…" of the recording's samples; "" where unknown.
   std::string calibration_hash;
   std::string program_version;
-  std::string method;            ///< "uniform", …
-  std::uint64_t seed = 0;        ///< Of a simulated scan; 0 otherwise.
+  std::string method;      ///< "uniform", …
+  std::uint64_t seed = 0;  ///< Of a simulated scan; 0 otherwise.
 };
 
 /// All that a fit knows of a body: self-sufficient input of every later step. Saved as MODEL.json.

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "base/surface_sample.h"
+#include "fitting/sample_screening.h"
+#include "fitting/surface_model.h"
+
+namespace annulus {
+
+/// How smoothness is weighed.
+enum class FitMethod {
+  kAdaptive,  ///< Local smoothing weights from the data.
+  kUniform,   ///< One smoothing weight for the whole surface, chosen by generalised cross-validation.
+};
+
+/// What a caller can choose. The defaults need no tuning.
+struct FitOptions {
+  FitMethod method = FitMethod::kAdaptive;
+  std::size_t theta_knots = 0;  ///< Knots around; 0: half the ring's sensors (kUniform: 48).
+  std::size_t z_knots = 0;  ///< Intervals in height; 0: half the scan's levels (kUniform: 117, so 120 coefficients).
+  ScreeningOptions screening;
+};
+
+/// A sample that was left out, and why.
+struct RejectedSample {
+  std::size_t index = 0;  ///< Into the samples given.
+  SampleVerdict reason = SampleVerdict::kOutlier;
+};
+
+/// Seconds spent per stage.
+struct FitTimes {
+  double screening_s = 0.0;
+  double pilot_s = 0.0;
+  double smoothing_s = 0.0;
+  double polish_s = 0.0;
+  double knowledge_s = 0.0;
+  double total_s = 0.0;
+};
+
+/// What the fit did and how well it went.
+struct FitSummary {
+  std::string termination;  ///< "converged", or why it stopped.
+  std::size_t samples = 0;  ///< Given.
+  std::size_t used = 0;     ///< Not rejected.
+  std::vector<RejectedSample> rejected;
+  std::vector<ForegroundObject> foreground;
+  std::size_t coefficients = 0;
+  double noise_sigma_mm = 0.0;        ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
+  double rms_mm = 0.0;                ///< RMS residual of the used samples.
+  double lambda = 0.0;                ///< Thin-plate weight chosen by GCV for the pilot, mm².
+  double effective_parameters = 0.0;  ///< Trace of the hat matrix (Hutchinson estimate, fixed seed).
+  double cost_start = 0.0;            ///< Robust cost before and after the polish.
+  double cost_end = 0.0;
+  int iterations = 0;  ///< Of the polish.
+  FitTimes times;
+
+  /// One line for a terminal or a log.
+  [[nodiscard]] std::string BriefReport() const;
+};
+
+struct FitResult {
+  SurfaceModel model;
+  FitSummary summary;
+};
+
+/// Fits r(theta, z) to the samples of one scan: paper 001, eqs. 2.2–2.4 (squared error plus quadratic variation), by
+///   1. screening (neighbourhood, foreground), 2. a pilot with one thin-plate weight chosen by GCV,
+///   3. local smoothing weights, 4. a robust polish by Ceres whose scale is local.
+/// Holes are allowed; `model.segments[0].knowledge` says what was seen. Deterministic, one thread.
+/// Fails when fewer than 8 levels or 100 good samples remain, or when the heights or angles seen do not determine a
+/// surface.
+[[nodiscard]] Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOptions& options,
+                                           const TaskContext& context);
+
+}  // namespace annulus

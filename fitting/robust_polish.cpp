@@ -1,0 +1,113 @@
+#include <ceres/gradient_problem.h>
+#include <ceres/gradient_problem_solver.h>
+#include <ceres/loss_function.h>
+
+#include <array>
+
+#include "fitting/spline_system.h"
+
+namespace annulus {
+namespace {
+
+/// Where Huber's loss turns from square to linear, in local standard deviations.
+constexpr double kHuberWidth = 2.5;
+
+/// The robust cost as a function of y, with c = c0 + P⁻¹ L⁻ᵀ y and A = PᵀLLᵀP the system matrix at the start.
+class RobustCost final : public ceres::FirstOrderFunction {
+ public:
+  RobustCost(const SplineSystem& system, const StencilMatrix& penalty, const SparseFactor& factor,
+             const Eigen::VectorXd& start, std::span<const double> scales)
+      : system_(system), penalty_(penalty.UpperTriangle()), factor_(factor), start_(start), scales_(scales) {}
+
+  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const {
+    return start_ + factor_.permutationPinv() * Eigen::VectorXd(factor_.matrixU().solve(y));
+  }
+
+  bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
+    const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());
+    const Eigen::VectorXd c = Coefficients(y);
+    const Eigen::VectorXd penalty_times_c = penalty_.selfadjointView<Eigen::Upper>() * c;
+    const Eigen::VectorXd prediction = system_.Predict(c);
+    Eigen::VectorXd slope(prediction.size());
+    double data_cost = 0.0;
+    for (Eigen::Index k = 0; k < prediction.size(); ++k) {
+      const auto index = static_cast<std::size_t>(k);
+      const SampleRow& row = system_.rows()[index];
+      const double scale = system_.noise_sigma() * scales_[index];
+      const double residual = (row.radius - prediction[k]) / scale;
+      std::array<double, 3> rho{};
+      loss_.Evaluate(residual * residual, rho.data());
+      const double weight = row.weight * scales_[index] * scales_[index];
+      data_cost += 0.5 * weight * rho[0];
+      slope[k] = -weight * rho[1] * residual / scale;
+    }
+    *cost = data_cost + 0.5 * c.dot(penalty_times_c);
+    if (gradient != nullptr) {
+      const Eigen::VectorXd gradient_c = system_.Transpose(slope) + penalty_times_c;
+      Eigen::Map<Eigen::VectorXd>(gradient, NumParameters()) =
+          factor_.matrixL().solve(Eigen::VectorXd(factor_.permutationP() * gradient_c));
+    }
+    return std::isfinite(*cost);
+  }
+
+  [[nodiscard]] int NumParameters() const override { return static_cast<int>(start_.size()); }
+
+  /// rho' of every sample: its weight in the equivalent least-squares problem.
+  [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& c) const {
+    const Eigen::VectorXd prediction = system_.Predict(c);
+    std::vector<double> factors(scales_.size());
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      const double residual =
+          (system_.rows()[k].radius - prediction[static_cast<Eigen::Index>(k)]) / (system_.noise_sigma() * scales_[k]);
+      std::array<double, 3> rho{};
+      loss_.Evaluate(residual * residual, rho.data());
+      factors[k] = rho[1];
+    }
+    return factors;
+  }
+
+ private:
+  const SplineSystem& system_;
+  Eigen::SparseMatrix<double> penalty_;
+  const SparseFactor& factor_;
+  const Eigen::VectorXd& start_;
+  std::span<const double> scales_;
+  ceres::HuberLoss loss_{kHuberWidth};
+};
+
+}  // namespace
+
+PolishResult RobustPolish(const SplineSystem& system, const StencilMatrix& penalty, const SparseFactor& factor,
+                          const Eigen::VectorXd& start, std::span<const double> scales) {
+  auto* cost = new RobustCost(system, penalty, factor, start, scales);
+  const ceres::GradientProblem problem(cost);  // owns the cost
+  ceres::GradientProblemSolver::Options options;
+  options.line_search_direction_type = ceres::LBFGS;
+  options.max_num_iterations = 40;
+  options.function_tolerance = 1e-9;
+  options.gradient_tolerance = 1e-8;
+  options.logging_type = ceres::SILENT;
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(start.size());
+  ceres::GradientProblemSolver::Summary summary;
+  ceres::Solve(options, problem, y.data(), &summary);
+
+  PolishResult result;
+  result.coefficients = summary.IsSolutionUsable() ? cost->Coefficients(y) : start;
+  result.factors = cost->Factors(result.coefficients);
+  result.cost_start = summary.initial_cost;
+  result.cost_end = summary.final_cost;
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  switch (summary.termination_type) {
+    case ceres::CONVERGENCE:
+      result.termination = "converged";
+      break;
+    case ceres::NO_CONVERGENCE:
+      result.termination = "iteration limit";
+      break;
+    default:
+      result.termination = "polish failed: " + summary.message;
+  }
+  return result;
+}
+
+}  // namespace annulus

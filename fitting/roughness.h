@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "fitting/cell_grid.h"
+#include "fitting/stencil_matrix.h"
+
+namespace annulus {
+
+/// Second differences of the surface over one cell of a CellGrid, mm: f_thetatheta·h_theta², f_zz·h_z²,
+/// f_thetaz·h_theta·h_z.
+struct CellBend {
+  double uu = 0.0;
+  double vv = 0.0;
+  double uv = 0.0;
+};
+
+/// Penalty weights of every cell, 1/mm²: the roughness is ½ Σ_cells (uu·f_uu² + vv·f_vv² + uv·f_uv²).
+struct RoughnessWeights {
+  std::vector<CellBend> cells;  ///< Index as CellGrid::Index.
+};
+
+/// The thin-plate energy λ∬(f_ss² + 2 f_sz² + f_zz²) ds dz of paper 001, eq. 2.2, as cell weights, with s = mean radius
+/// · theta so that both directions are in mm. `lambda` in mm² (it multiplies curvature² · area; data residuals are
+/// divided by the noise sd).
+[[nodiscard]] RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, double lambda);
+
+/// The penalty matrix of the weights over the coefficients of a surface with these bases.
+[[nodiscard]] StencilMatrix RoughnessMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z,
+                                            const CellGrid& cells, const RoughnessWeights& weights);
+
+/// Weights from the data themselves: the prior variance of a second difference in a cell is taken from the second
+/// differences around it (least-squares quadratic over 5 × 5 cells, what noise alone makes subtracted; a cell without a
+/// sample takes `pilot` and counts as free of noise), so that flat skin is smoothed and ears and creases are not.
+[[nodiscard]] RoughnessWeights LocalWeights(const CellGrid& cells, const SplineSurface& pilot, double noise_sigma);
+
+}  // namespace annulus

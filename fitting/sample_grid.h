@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/surface_sample.h"
+
+namespace annulus {
+
+/// The samples of a scan in the order of the ring: one row per level (all sweeps merged, sorted by height), one column
+/// per sensor (sorted by angle, cyclic). Tells each sample who its neighbours on the body are.
+/// Stores indices only; the samples must outlive it.
+class SampleGrid {
+ public:
+  /// Marks an empty cell.
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  /// Groups `samples` by (sweep, level) and by sensor. Two samples of one cell: the first is kept.
+  explicit SampleGrid(std::span<const SurfaceSample> samples);
+
+  [[nodiscard]] std::size_t rows() const { return row_z_.size(); }
+  [[nodiscard]] std::size_t columns() const { return column_theta_.size(); }
+  /// Mean height of a row, mm; rows ascend.
+  [[nodiscard]] double row_z(std::size_t row) const { return row_z_[row]; }
+  /// Angle of a column, rad; columns ascend.
+  [[nodiscard]] double column_theta(std::size_t column) const { return column_theta_[column]; }
+  /// Index of the sample in a cell, or kNone.
+  [[nodiscard]] std::size_t At(std::size_t row, std::size_t column) const { return cells_[row * columns() + column]; }
+  /// The column `offset` to the side, cyclic.
+  [[nodiscard]] std::size_t Column(std::size_t column, std::ptrdiff_t offset) const {
+    const auto n = static_cast<std::ptrdiff_t>(columns());
+    return static_cast<std::size_t>(((static_cast<std::ptrdiff_t>(column) + offset) % n + n) % n);
+  }
+
+ private:
+  std::vector<double> row_z_;
+  std::vector<double> column_theta_;
+  std::vector<std::size_t> cells_;
+};
+
+}  // namespace annulus
