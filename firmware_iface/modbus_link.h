@@ -1,0 +1,61 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace annulus {
+
+/// The four function codes that we use.
+enum class ModbusFunction : std::uint8_t {
+  kReadRegisters = 0x03,       ///< FC03: reads; uses read_address, read_count.
+  kWriteRegister = 0x06,       ///< FC06: writes one; uses write_address, values[0].
+  kWriteRegisters = 0x10,      ///< FC16: writes; uses write_address, values.
+  kWriteReadRegisters = 0x17,  ///< FC23: writes, then reads, in one transaction.
+};
+
+/// One register transaction. The unit address belongs to the link.
+struct ModbusRequest {
+  ModbusFunction function = ModbusFunction::kReadRegisters;
+  std::uint16_t write_address = 0;
+  std::vector<std::uint16_t> values;  ///< To write; at most 121 (FC23).
+  std::uint16_t read_address = 0;
+  std::uint16_t read_count = 0;  ///< At most 125.
+};
+
+enum class ModbusFault {
+  kException,  ///< The device refused; exception_code says why (1 function, 2 address, 3 value, 4 failure, 6 busy).
+  kTimeout,    ///< No reply in time. The request may still be carried out, and its reply may still come.
+  kLinkLost,   ///< The port or connection is gone.
+  kBadReply,   ///< Checksum, length or function of the reply is wrong.
+};
+
+struct ModbusFailure {
+  ModbusFault fault = ModbusFault::kTimeout;
+  std::uint8_t exception_code = 0;
+  std::string detail;  ///< What the layer below said; may be empty.
+};
+
+/// The failure in plain words.
+[[nodiscard]] std::string ModbusFailureText(const ModbusFailure& failure);
+
+/// The registers read (empty for pure writes), or why there are none.
+using ModbusReply = tl::expected<std::vector<std::uint16_t>, ModbusFailure>;
+
+/// The seam to one Modbus device. Below it lies libmodbus (RTU or TCP), or a model of a drive.
+///
+/// Modbus RTU has no transaction number, so a link can not tell a late reply to an earlier request from the reply to
+/// this one: whoever calls must put something into the registers that tells (see ScanAxis). Thread-bound.
+class ModbusLink {
+ public:
+  virtual ~ModbusLink() = default;
+
+  /// Sends one request and waits for its reply, at most `timeout`. Never repeats a request by itself.
+  virtual ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) = 0;
+  /// Throws away whatever has arrived unasked. Used after the quiet time that follows an error.
+  virtual void DiscardInput() = 0;
+};
+
+}  // namespace annulus

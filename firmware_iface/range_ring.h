@@ -1,0 +1,103 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+#include "firmware_iface/clock_exchange.h"
+#include "firmware_iface/usb_port.h"
+
+namespace annulus {
+
+/// One concentrator board as it introduced itself.
+struct RingBoard {
+  std::uint32_t serial = 0;
+  std::uint16_t first_sensor = 0;  ///< Ring index of its sensor 0.
+  std::uint16_t sensor_count = 0;
+  std::uint16_t protocol_version = 0;
+  std::string firmware_version;  ///< "major.minor.patch".
+  std::string port_path;         ///< Where it is plugged in.
+};
+
+/// What one board said of one level.
+struct BoardStamp {
+  bool present = false;                     ///< False: its frame was lost; its sensors have no reading.
+  std::chrono::nanoseconds device_time{0};  ///< The board's clock when its sensors fired.
+  std::chrono::nanoseconds host_arrival{0};
+  double temperature_c = 0.0;
+};
+
+/// All sensors of the ring at one SYNC.
+struct RingLevel {
+  std::uint32_t sequence = 0;         ///< SYNC edges since Start, 0 first.
+  std::vector<BoardStamp> boards;     ///< In the order of RangeRing::boards().
+  std::vector<double> range_mm;       ///< One per sensor; NaN: no return, or the board's frame was lost.
+  std::vector<std::uint8_t> quality;  ///< One per sensor, 0 (none) … 255 (best).
+};
+
+struct RingLimits {
+  std::uint16_t sensor_count = 0;
+  Hertz min_level_rate{0.0};
+  Hertz max_level_rate{0.0};
+};
+
+/// Counters since Start; none of these is an error by itself.
+struct RingCounters {
+  std::uint64_t levels = 0;
+  std::uint64_t lost_frames = 0;       ///< Frames of a level that never came whole; their sensors read NaN.
+  std::uint64_t duplicate_frames = 0;  ///< Repeated or too late; dropped.
+  std::uint64_t rejected_frames = 0;   ///< Wrong checksum or shape.
+  std::uint64_t rejected_bytes = 0;    ///< Not part of any good frame.
+};
+
+/// The ring of range sensors.
+///
+///     kIdle --Start--> kStreaming --Stop--> kIdle
+///                          | device error
+///                          v
+///                       kFailed --Stop--> kIdle
+///
+/// NextLevel is for kStreaming, Start for kIdle, ReadClock for both; a call in another state is an Error that names
+/// both. Thread-bound.
+class RangeRing {
+ public:
+  enum class State { kIdle, kStreaming, kFailed };
+
+  virtual ~RangeRing() = default;
+
+  [[nodiscard]] virtual State state() const = 0;
+  /// Boards in the order of their first sensor.
+  [[nodiscard]] virtual const std::vector<RingBoard>& boards() const = 0;
+  [[nodiscard]] virtual const RingLimits& limits() const = 0;
+  [[nodiscard]] virtual const RingCounters& counters() const = 0;
+
+  /// Starts SYNC at `level_rate` on all boards; the first level has sequence 0.
+  virtual Status Start(Hertz level_rate) = 0;
+  /// Stops SYNC and returns when every transfer has ended, at most 1 s. Call it also after a failure.
+  virtual Status Stop() = 0;
+  /// The next level. An Error naming the boards if one says nothing until the host clock reaches `deadline`, if one is
+  /// unplugged, or if one loses frames repeatedly.
+  virtual Result<RingLevel> NextLevel(std::chrono::nanoseconds deadline) = 0;
+  /// Asks a board (index into boards()) for its clock.
+  virtual Result<ClockExchange> ReadClock(std::size_t board) = 0;
+};
+
+struct UsbRangeRingOptions {
+  std::uint16_t sensor_count = 180;                      ///< Of the whole ring.
+  std::map<std::uint32_t, std::uint16_t> first_sensors;  ///< Board serial → first sensor; empty: as the boards say.
+  std::chrono::nanoseconds control_timeout = std::chrono::milliseconds(200);
+  std::size_t transfers_per_board = 4;  ///< Bulk transfers kept in flight.
+};
+
+/// Identifies every board and makes the ring of them. The ports and the clock are borrowed and must live longer.
+/// Fails if a board does not answer, speaks another protocol version, or if the boards do not cover each sensor once.
+Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(std::vector<UsbPort*> ports, UsbRangeRingOptions options,
+                                                    Clock& clock);
+
+}  // namespace annulus

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "base/units.h"
+#include "firmware_iface/axis_register_map.h"
+#include "firmware_iface/clock_exchange.h"
+#include "firmware_iface/modbus_link.h"
+
+namespace annulus {
+
+using MillimetresPerSecondSquared = Quantity<struct MillimetresPerSecondSquaredTag>;
+
+/// What the machine allows, as the drive says. Heights are the carriage's, station frame.
+struct AxisLimits {
+  Millimetres z_min{0.0};
+  Millimetres z_max{0.0};
+  MillimetresPerSecond max_speed{0.0};
+  MillimetresPerSecondSquared max_acceleration{0.0};
+};
+
+struct AxisIdentity {
+  std::uint32_t serial = 0;
+  std::uint16_t protocol_version = 0;
+  std::string firmware_version;  ///< "major.minor".
+  AxisLimits limits;
+};
+
+/// One reading of the drive.
+struct AxisPosition {
+  bool fresh = false;  ///< False: this reading failed and the rest is the last good one; do not use it as new.
+  Millimetres z{0.0};  ///< Encoder, station frame; meaningless unless `homed`.
+  ClockExchange time;  ///< The drive's clock when it read the encoder, and the host's around it.
+  bool homed = false;
+  bool moving = false;
+  bool target_reached = false;
+
+  /// Best single guess of the host's time of the reading: the middle of the exchange.
+  [[nodiscard]] std::chrono::nanoseconds host_time() const { return (time.host_before + time.host_after) / 2; }
+};
+
+/// The vertical axis that carries the ring. Calls that move return when the drive has accepted the order; Position
+/// tells how it goes on.
+///
+///     kDisabled --Enable--> kEnabled --StartHoming--> kEnabled --(homed) MoveTo, Halt--> kEnabled
+///         ^                     | QuickStop                | fault, link lost
+///         |                     v                          v
+///         +------Disable---- kStopped                   kFault --Disable--> kDisabled
+///
+/// MoveTo needs homed, StartHoming and MoveTo need kEnabled; a call in another state is an Error that names both.
+/// QuickStop and Disable are allowed in every state. While enabled, the drive stops by itself unless Position (or any
+/// other call) reaches it at least every kHeartbeat. Thread-bound.
+class ScanAxis {
+ public:
+  enum class State { kDisabled, kEnabled, kStopped, kFault };
+
+  /// Longest time that an enabled drive may go without hearing from us.
+  static constexpr std::chrono::milliseconds kHeartbeat{200};
+
+  virtual ~ScanAxis() = default;
+
+  [[nodiscard]] virtual State state() const = 0;
+  [[nodiscard]] virtual const AxisIdentity& identity() const = 0;
+
+  /// Energises the drive; it does not move. A latched fault of the drive is reset once.
+  virtual Status Enable() = 0;
+  /// Starts the search for the home switch.
+  virtual Status StartHoming() = 0;
+  /// Starts a move to `z` at `speed`, with the machine's acceleration. Refuses what is outside the limits.
+  virtual Status MoveTo(Millimetres z, MillimetresPerSecond speed) = 0;
+  /// Reads the drive. A single unanswered or stale reply gives fresh = false; the next one in a row, a fault of the
+  /// drive, or an unexpected state is an Error.
+  virtual Result<AxisPosition> Position() = 0;
+  /// Stops on the normal ramp; still enabled.
+  virtual Status Halt() = 0;
+  /// Stops on the steepest ramp and waits for standstill, at most 500 ms.
+  virtual Status QuickStop() = 0;
+  /// Takes the power off the motor; the brake holds.
+  virtual Status Disable() = 0;
+};
+
+struct ModbusAxisOptions {
+  std::chrono::nanoseconds reply_timeout = std::chrono::milliseconds(30);
+  std::chrono::nanoseconds quiet_time = std::chrono::milliseconds(100);  ///< Silence after any error, then discard.
+};
+
+/// Identifies the drive and reads its limits. `link` and `clock` are borrowed and must live longer. Fails if the drive
+/// does not answer, speaks another protocol version, or would go on for longer than kHeartbeat without us.
+Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock,
+                                                     ModbusAxisOptions options = {});
+
+}  // namespace annulus

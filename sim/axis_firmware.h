@@ -1,0 +1,100 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "base/clock.h"
+#include "firmware_iface/axis_register_map.h"
+#include "firmware_iface/modbus_link.h"
+#include "firmware_iface/scan_axis.h"
+#include "sim/axis_motion.h"
+
+namespace annulus::sim {
+
+struct AxisDriveOptions {
+  AxisLimits limits{Millimetres(-60.0), Millimetres(2250.0), MillimetresPerSecond(300.0),
+                    MillimetresPerSecondSquared(1500.0)};
+  double quick_stop_mm_s2 = 4000.0;
+  double start_z_mm = 2150.0;        ///< Where the carriage really is at power-up.
+  double home_switch_z_mm = 2240.0;  ///< True height at which the home switch closes, seen from below.
+  double home_fast_mm_s = 60.0;
+  double home_slow_mm_s = 10.0;
+  double lag_s = 0.004;                      ///< The motor follows its set-point with this time constant.
+  double following_limit_mm = 5.0;           ///< Following error that trips the drive.
+  std::chrono::milliseconds heartbeat{200};  ///< Silence that stops an enabled drive; 0: never.
+  std::chrono::nanoseconds wire_delay = std::chrono::microseconds(800);   ///< Request or reply, at least.
+  std::chrono::nanoseconds wire_jitter = std::chrono::microseconds(100);  ///< Mean of what comes on top.
+  double clock_drift_ppm = 12.0;                                          ///< Of the drive's own clock; positive: fast.
+  std::uint32_t serial = 4711;
+  std::uint64_t seed = 1;
+};
+
+/// The firmware of a servo drive with its axis, behind the Modbus seam: registers of the default AxisRegisterMap, CiA
+/// 402 state machine, profile moves, homing on a switch, soft limits, following error, heartbeat. Motion is exact in
+/// virtual time; every transaction takes a request's and a reply's time on the wire.
+///
+/// A write is carried out when it arrives, whether or not its reply is in time. Thread-bound. Borrows the clock.
+class AxisDriveModel final : public ModbusLink {
+ public:
+  AxisDriveModel(AxisDriveOptions options, Clock& clock);
+
+  ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) override;
+  void DiscardInput() override {}
+
+  /// Where the carriage really is at a time not after the clock's; brings the drive's own supervision up to that time.
+  double TrueZ(std::chrono::nanoseconds time);
+  /// Its true speed, mm/s, up positive.
+  double TrueSpeed(std::chrono::nanoseconds time);
+
+  [[nodiscard]] DriveState state() const { return state_; }
+  [[nodiscard]] bool homed() const { return homed_; }
+  [[nodiscard]] std::uint16_t fault_code() const { return fault_code_; }
+  /// Times at which motion was started by an order, for judging what was carried out.
+  [[nodiscard]] const std::vector<std::chrono::nanoseconds>& motion_log() const { return motion_log_; }
+  [[nodiscard]] const AxisDriveOptions& options() const { return options_; }
+
+ private:
+  [[nodiscard]] std::chrono::nanoseconds WireTime();
+  [[nodiscard]] std::uint32_t DriveMicros(std::chrono::nanoseconds time) const;
+  /// Supervision up to `time`: heartbeat, following error, homing done, ramps finished.
+  void Advance(std::chrono::nanoseconds time);
+  void Supervise(std::chrono::nanoseconds time);
+  ModbusReply Carry(const ModbusRequest& request, std::chrono::nanoseconds time);
+  ModbusReply WriteBlock(const ModbusRequest& request, std::chrono::nanoseconds time);
+  [[nodiscard]] std::vector<std::uint16_t> StatusRegisters(std::chrono::nanoseconds time);
+  void ObeyControlWord(std::chrono::nanoseconds time);
+  void ChangePowerState(std::chrono::nanoseconds time);
+  void StartPositioning(std::chrono::nanoseconds time);
+  void StartHoming(std::chrono::nanoseconds time);
+  void FinishHoming();
+  void RaiseFault(std::uint16_t code, std::chrono::nanoseconds time);
+  [[nodiscard]] double EncoderMm(std::chrono::nanoseconds time) const;
+  [[nodiscard]] std::uint16_t StatusWord(std::chrono::nanoseconds time) const;
+
+  AxisDriveOptions options_;
+  Clock& clock_;
+  std::mt19937_64 engine_;
+  AxisRegisterMap map_;
+  AxisMotion motion_;
+  std::vector<std::uint16_t> command_;  ///< The command block as last written.
+  std::uint16_t previous_control_ = 0;
+  DriveState state_ = DriveState::kSwitchOnDisabled;
+  std::uint16_t fault_code_ = 0;
+  bool homed_ = false;
+  bool acknowledged_ = false;
+  double encoder_zero_mm_ = 0.0;  ///< True height less encoder reading.
+  /// While the home switch is searched for: when that ends, and what the encoder's zero then is.
+  struct HomingRun {
+    std::chrono::nanoseconds end{0};
+    double encoder_zero_mm = 0.0;
+  };
+  std::optional<HomingRun> homing_;
+  std::chrono::nanoseconds last_heartbeat_{0};
+  std::chrono::nanoseconds supervised_{0};
+  std::vector<std::chrono::nanoseconds> motion_log_;
+};
+
+}  // namespace annulus::sim

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <chrono>
+#include <vector>
+
+namespace annulus::sim {
+
+/// Motion of an axis that follows trapezoidal set-points with a first-order lag, in closed form. With set-point height
+/// z_c, speed v and acceleration a constant on a piece that starts at t0, and time constant T, the following error
+/// e = z_c - z obeys e' = v(t) - e / T, so
+///
+///     e(t) = e_inf(t) + (e(t0) - e_inf(t0)) · exp(-(t - t0) / T),   e_inf(t) = T · v(t) - T^2 · a
+///
+/// The whole history is kept: any time since the start can be asked for. Heights in mm, speeds mm/s.
+class AxisMotion {
+ public:
+  struct Point {
+    double set_z_mm = 0.0;
+    double set_speed_mm_s = 0.0;
+    double z_mm = 0.0;
+    double speed_mm_s = 0.0;
+    [[nodiscard]] double following_error_mm() const { return set_z_mm - z_mm; }
+  };
+
+  struct Ramp {
+    double speed_mm_s = 0.0;          ///< > 0
+    double acceleration_mm_s2 = 0.0;  ///< > 0
+  };
+
+  AxisMotion(double z_mm, double lag_s);
+
+  [[nodiscard]] Point At(std::chrono::nanoseconds time) const;
+  /// When the set-point comes to rest for good (in the past, if it has).
+  [[nodiscard]] std::chrono::nanoseconds rest_time() const { return pieces_.back().start; }
+  [[nodiscard]] double rest_z_mm() const { return pieces_.back().z_mm; }
+
+  /// From `time` on, replaces what was planned by the fastest way to `target_mm` and rest within the ramp.
+  void MoveTo(std::chrono::nanoseconds time, double target_mm, Ramp ramp);
+  /// From `time` on, slows down to rest.
+  void Stop(std::chrono::nanoseconds time, double deceleration_mm_s2);
+
+ private:
+  /// Constant acceleration from `start` to the next piece's start.
+  struct Piece {
+    std::chrono::nanoseconds start{0};
+    double z_mm = 0.0;  ///< Set-point at the start.
+    double speed_mm_s = 0.0;
+    double acceleration_mm_s2 = 0.0;
+    double error_mm = 0.0;  ///< Following error at the start.
+  };
+
+  [[nodiscard]] Point Evaluate(const Piece& piece, std::chrono::nanoseconds time) const;
+  void CutAt(std::chrono::nanoseconds time);
+  /// Ends the last piece after `seconds` and continues with another acceleration.
+  void Continue(double seconds, double acceleration_mm_s2);
+  void Rest(double z_mm);
+
+  double lag_s_;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace annulus::sim

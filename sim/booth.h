@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/ring_calibration.h"
+#include "firmware_iface/modbus_link.h"
+#include "firmware_iface/usb_port.h"
+#include "sim/axis_firmware.h"
+#include "sim/beam.h"
+#include "sim/ring_firmware.h"
+#include "sim/subject.h"
+#include "sim/world.h"
+
+namespace annulus::sim {
+
+struct BoothOptions {
+  std::unique_ptr<Subject> subject;  ///< Stands on z = 0 on the ring's axis. Must be there.
+  BeamOptions beam;
+  double ring_radius_mm = 600.0;
+  std::uint64_t seed = 1;
+  std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
+  AxisDriveOptions axis;                       ///< Its seed is replaced by one drawn from `seed`.
+  RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
+};
+
+/// A whole simulated booth in virtual time: subject, ring of 12 boards, axis, seen only through the bus seams.
+/// Thread-bound; not movable, because its parts borrow each other.
+class Booth {
+ public:
+  static constexpr std::size_t kBoards = 12;
+
+  explicit Booth(BoothOptions options);
+  Booth(const Booth&) = delete;
+  Booth& operator=(const Booth&) = delete;
+
+  [[nodiscard]] ManualClock& clock() { return clock_; }
+  [[nodiscard]] std::vector<UsbPort*> usb_ports();
+  [[nodiscard]] ModbusLink& axis_link() { return drive_; }
+
+  /// For judging: what is really so.
+  [[nodiscard]] AxisDriveModel& drive() { return drive_; }
+  [[nodiscard]] RingBoardModel& board(std::size_t index) { return *boards_.at(index); }
+  [[nodiscard]] const RingCalibration& true_calibration() const { return calibration_; }
+  [[nodiscard]] const Subject& subject() const { return *subject_; }
+
+ private:
+  ManualClock clock_;
+  std::unique_ptr<Subject> subject_;
+  RingCalibration calibration_;
+  BeamModel beam_;
+  AxisDriveModel drive_;
+  World world_;
+  SyncLine sync_;
+  std::vector<std::unique_ptr<RingBoardModel>> boards_;
+};
+
+}  // namespace annulus::sim
