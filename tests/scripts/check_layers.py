@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The layer rule: which folder may include which, one library per folder, heavy headers in .cpp files only, file length.
 
 usage: check_layers.py [SOURCE_DIR]      exit 0 nothing found, 1 violations (one `file:line: rule` each)

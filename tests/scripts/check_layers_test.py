@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """check_layers.py finds each kind of violation in a made-up tree, and nothing in a clean one."""
 
 import os
