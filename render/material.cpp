@@ -1,0 +1,161 @@
+#include "render/material.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "base/ensure.h"
+#include "base/units.h"
+#include "render/studio.h"
+
+namespace annulus {
+namespace {
+
+/// Reflectance at normal incidence of plastic, lacquer and lens glass: ((n - 1) / (n + 1))^2 with n = 1.5.
+constexpr float kDielectricReflectance = 0.04F;
+
+/// Schlick's approximation: the share of (1 - R0) that grazing incidence adds.
+float GrazingShare(float cosine) {
+  const float m = std::clamp(1.0F - cosine, 0.0F, 1.0F);
+  const float m2 = m * m;
+  return m2 * m2 * m;
+}
+
+float DielectricFresnel(float cosine) {
+  return kDielectricReflectance + (1.0F - kDielectricReflectance) * GrazingShare(cosine);
+}
+
+/// Microfacet lobe D * V of Trowbridge-Reitz (GGX), V by the height-correlated form of Smith's shadowing; the light's
+/// cosine included, Fresnel left out. alpha = roughness^2.
+float GgxLobe(float n_dot_l, float n_dot_v, float n_dot_h, float alpha) {
+  const float a2 = alpha * alpha;
+  const float d = n_dot_h * n_dot_h * (a2 - 1.0F) + 1.0F;
+  const float distribution = a2 / (static_cast<float>(kPi) * d * d);
+  const float shadow_l = n_dot_v * std::sqrt(n_dot_l * n_dot_l * (1.0F - a2) + a2);
+  const float shadow_v = n_dot_l * std::sqrt(n_dot_v * n_dot_v * (1.0F - a2) + a2);
+  return distribution * 0.5F / (shadow_l + shadow_v) * n_dot_l;
+}
+
+Eigen::Vector3f Mirrored(const ShadingPoint& point) {
+  return 2.0F * point.normal.dot(point.to_eye) * point.normal - point.to_eye;
+}
+
+/// Highlights of the far lights on a dielectric.
+LinearRgb LightHighlights(const Material& material, const ShadingPoint& point, float n_dot_v) {
+  const float roughness = std::clamp(material.roughness, 0.12F, 1.0F);  // the lights are not points
+  LinearRgb sum = LinearRgb::Zero();
+  for (const DirectionalLight& light : StudioLights()) {
+    const float n_dot_l = point.normal.dot(light.direction);
+    if (n_dot_l <= 0.0F) continue;
+    const Eigen::Vector3f half = (light.direction + point.to_eye).normalized();
+    const float fresnel = DielectricFresnel(half.dot(point.to_eye));
+    const float lobe = GgxLobe(n_dot_l, n_dot_v, std::max(0.0F, point.normal.dot(half)), roughness * roughness);
+    sum += fresnel * lobe * static_cast<float>(kPi) * light.radiance;
+  }
+  return sum;
+}
+
+LinearRgb MatteLight(const Eigen::Vector3f& normal) {
+  LinearRgb sum = StudioAmbient(normal);
+  for (const DirectionalLight& light : StudioLights()) {
+    sum += std::max(0.0F, normal.dot(light.direction)) * light.radiance;
+  }
+  return sum;
+}
+
+/// Light scattered under the skin reaches past the terminator, red the furthest.
+LinearRgb SkinLight(const Eigen::Vector3f& normal) {
+  static const Eigen::Array3f kReach(0.34F, 0.18F, 0.12F);
+  LinearRgb sum = StudioAmbient(normal);
+  for (const DirectionalLight& light : StudioLights()) {
+    const Eigen::Array3f wrapped = ((normal.dot(light.direction) + kReach) / (1.0F + kReach)).max(0.0F);
+    sum += (wrapped * (0.55F + 0.45F * wrapped) * light.radiance.array()).matrix();
+  }
+  return sum;
+}
+
+LinearRgb ShadeDielectric(const Material& material, const ShadingPoint& point) {
+  const float n_dot_v = std::max(1e-3F, point.normal.dot(point.to_eye));
+  const float fresnel = DielectricFresnel(n_dot_v) * (1.0F - 0.7F * material.roughness);
+  const LinearRgb light = material.finish == Finish::kSkin ? SkinLight(point.normal) : MatteLight(point.normal);
+  const Eigen::Vector3f mirrored = Mirrored(point);
+  LinearRgb walls = StudioWalls(mirrored, material.roughness);
+  if (material.finish == Finish::kPlastic) walls += 0.6F * StudioLamps(mirrored, material.roughness);
+  return (1.0F - fresnel) * material.colour.cwiseProduct(light) + LightHighlights(material, point, n_dot_v) +
+         fresnel * walls;
+}
+
+LinearRgb ShadeMetal(const Material& material, const ShadingPoint& point) {
+  const float grazing = GrazingShare(std::max(0.0F, point.normal.dot(point.to_eye)));
+  const LinearRgb reflectance = material.colour + grazing * (LinearRgb::Ones() - material.colour);
+  const Eigen::Vector3f mirrored = Mirrored(point);
+  const LinearRgb seen = StudioWalls(mirrored, material.roughness) + 0.8F * StudioLamps(mirrored, material.roughness);
+  return reflectance.cwiseProduct(seen);
+}
+
+/// Leaves the lower three quarters alone and bends the rest smoothly below 1, as film does.
+float SoftLimit(float value) {
+  constexpr float kKnee = 0.75F;
+  constexpr float kRoom = 1.0F - kKnee;
+  return value <= kKnee ? value : kKnee + kRoom * (1.0F - std::exp((kKnee - value) / kRoom));
+}
+
+}  // namespace
+
+Material PlasticMaterial(const LinearRgb& colour) {
+  Material material;
+  material.finish = Finish::kPlastic;
+  material.colour = colour;
+  material.roughness = 0.22F;
+  return material;
+}
+
+Material MetalMaterial(const LinearRgb& colour) {
+  Material material;
+  material.finish = Finish::kMetal;
+  material.colour = colour;
+  material.roughness = 0.14F;
+  return material;
+}
+
+Material SkinMaterial() {
+  Material material;
+  material.finish = Finish::kSkin;
+  material.colour = LinearFromHex(0xdcb096);
+  material.roughness = 0.48F;
+  return material;
+}
+
+Material NeutralBodyMaterial() {
+  Material material;
+  material.finish = Finish::kSkin;
+  material.colour = LinearFromHex(0xc3beb8);
+  material.roughness = 0.55F;
+  return material;
+}
+
+Material LensMaterial(const LinearRgb& tint, double transmittance) {
+  const float brightest = tint.maxCoeff();
+  const LinearRgb hue = brightest > 0.0F ? LinearRgb(tint / brightest) : LinearRgb(LinearRgb::Ones());
+  Material material;
+  material.finish = Finish::kLens;
+  material.transmittance = static_cast<float>(std::clamp(transmittance, 0.0, 1.0)) * hue.cwiseMax(0.0F);
+  return material;
+}
+
+LinearRgb Shade(const Material& material, const ShadingPoint& point) {
+  ENSURE(material.finish != Finish::kLens, "a lens has no surface colour of its own");
+  const LinearRgb light =
+      material.finish == Finish::kMetal ? ShadeMetal(material, point) : ShadeDielectric(material, point);
+  return light.unaryExpr([](float value) { return SoftLimit(value); });
+}
+
+LinearRgb LensHighlight(const ShadingPoint& point) {
+  constexpr float kLensRoughness = 0.02F;
+  const LinearRgb lamps = StudioLamps(Mirrored(point), kLensRoughness);
+  // Front and back surface mirror the same lamp: 2 R / (1 + R) of two parallel faces.
+  const float fresnel = DielectricFresnel(std::max(0.0F, point.normal.dot(point.to_eye)));
+  return 2.0F * fresnel / (1.0F + fresnel) * lamps;
+}
+
+}  // namespace annulus
