@@ -10,9 +10,9 @@ namespace annulus::sim {
 
 /// Where a beam first meets the subject.
 struct SubjectHit {
-  double distance_mm = 0.0;                               ///< Along the ray from its origin, mm.
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitX();      ///< Outward unit normal, station frame.
-  double reflectance = 1.0;  ///< 0 … 1; dark patches, hair and lenses return less light.
+  double distance_mm = 0.0;                           ///< Along the ray from its origin, mm.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  ///< Outward unit normal, station frame.
+  double reflectance = 1.0;                           ///< 0 … 1; dark patches, hair and lenses return less light.
 };
 
 /// Something that stands in the booth. Reentrant.
