@@ -136,23 +136,49 @@ Eigen::VectorXd Residuals(const SplineSystem& system, const Eigen::VectorXd& coe
   return residuals;
 }
 
-/// The smoothing that the method wants, with its solution as the start of the polish.
+SplineSystem MakeSystem(std::span<const SurfaceSample> samples, std::span<const SampleVerdict> verdicts,
+                        const CellGrid& cells, KnotCounts knots, double noise) {
+  const PeriodicCubicBasis theta(knots.theta);
+  const ClampedCubicBasis z(UniformBreakpoints(cells.z_min(), cells.z_max(), knots.z));
+  return {theta, z, MakeRows(samples, verdicts, theta, z), noise};
+}
+
+/// The penalty that a method wants, holes included, and the λ that cross-validation chose on the way.
 struct Smoothing {
   StencilMatrix penalty;
-  Eigen::VectorXd coefficients;
+  double lambda = 0.0;
 };
 
-Smoothing ChooseMethodSmoothing(const SplineSystem& system, const CellGrid& cells, FitMethod method,
-                                const StencilMatrix& thin_plate, const SmoothingChoice& pilot) {
-  StencilMatrix penalty(system.theta().count(), system.z().count());
+/// kUniform: thin plate with the λ of this system. kAdaptive: local weights, with a coarse pilot to fill holes.
+Result<Smoothing> ChooseSmoothingFor(FitMethod method, std::span<const SurfaceSample> samples,
+                                     std::span<const SampleVerdict> verdicts, const CellGrid& cells,
+                                     const SplineSystem& system) {
+  constexpr KnotCounts kPilot{48, 60};
+  const KnotCounts knots{std::min(kPilot.theta, system.theta().count()), std::min(kPilot.z, system.z().count() - 3)};
+  const SplineSystem coarse = MakeSystem(samples, verdicts, cells, knots, system.noise_sigma());
+  const SplineSystem& pilot_system = method == FitMethod::kUniform ? system : coarse;
+  const StencilMatrix thin_plate = RoughnessMatrix(pilot_system.theta(), pilot_system.z(), cells,
+                                                   ThinPlateWeights(cells, MeanRadius(system.rows()), 1.0));
+  auto pilot = ChooseSmoothing(pilot_system, HoleMatrix(pilot_system.theta(), pilot_system.z(), cells), thin_plate);
+  if (!pilot) return Fail(pilot);
+  StencilMatrix penalty = HoleMatrix(system.theta(), system.z(), cells);
   if (method == FitMethod::kUniform) {
-    penalty.Add(thin_plate, pilot.lambda);
+    penalty.Add(thin_plate, pilot->lambda);
   } else {
-    const SplineSurface surface(system.theta(), system.z(), pilot.coefficients);
+    const SplineSurface surface(pilot_system.theta(), pilot_system.z(), pilot->coefficients);
     const RoughnessWeights weights = LocalWeights(cells, surface, system.noise_sigma());
     penalty.Add(RoughnessMatrix(system.theta(), system.z(), cells, weights), 1.0);
   }
-  return {std::move(penalty), pilot.coefficients};
+  return Smoothing{std::move(penalty), pilot->lambda};
+}
+
+/// Factorises data + penalty and returns its upper triangle; factor.info() tells whether it worked.
+Eigen::SparseMatrix<double> Factorise(StencilMatrix matrix, const StencilMatrix& penalty, SparseFactor& factor) {
+  matrix.Add(penalty, 1.0);
+  matrix.AddDiagonal(kRidge * matrix.MeanDiagonal());
+  Eigen::SparseMatrix<double> upper = matrix.UpperTriangle();
+  factor.compute(upper);
+  return upper;
 }
 
 void FillSummary(std::span<const SurfaceSample> samples, Screening& screening, FitSummary& summary) {
@@ -191,49 +217,33 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
 
   context.Report("fitting", 0.1, 1.0);
   const CellGrid cells(samples, grid, verdicts);
-  const KnotCounts knots = ChooseKnots(options, cells);
-  const PeriodicCubicBasis theta(knots.theta);
-  const ClampedCubicBasis z(UniformBreakpoints(cells.z_min(), cells.z_max(), knots.z));
-  const SplineSystem system(theta, z, MakeRows(samples, verdicts, theta, z), noise);
-  const StencilMatrix thin_plate =
-      RoughnessMatrix(theta, z, cells, ThinPlateWeights(cells, MeanRadius(system.rows()), 1.0));
-  auto pilot = ChooseSmoothing(system, thin_plate);
-  if (!pilot) return Fail(pilot);
-  summary.times.pilot_s = watch.Lap();
+  const SplineSystem system = MakeSystem(samples, verdicts, cells, ChooseKnots(options, cells), noise);
+  auto smoothing = ChooseSmoothingFor(options.method, samples, verdicts, cells, system);
+  if (!smoothing) return Fail(smoothing);
+  summary.times.smoothing_s = watch.Lap();
 
   context.Report("fitting", 0.6, 1.0);
-  Smoothing smoothing = ChooseMethodSmoothing(system, cells, options.method, thin_plate, *pilot);
   SparseFactor factor;
-  const StencilMatrix data = system.DataMatrix({});
-  const auto factorise = [&](const StencilMatrix& data_matrix) {
-    StencilMatrix whole = data_matrix;
-    whole.Add(smoothing.penalty, 1.0);
-    Eigen::SparseMatrix<double> upper = whole.UpperTriangle();
-    whole.AddDiagonal(kRidge * upper.diagonal().mean());
-    upper = whole.UpperTriangle();
-    factor.compute(upper);
-    return upper;
-  };
-  (void)factorise(data);
+  (void)Factorise(system.DataMatrix({}), smoothing->penalty, factor);
   if (factor.info() != Eigen::Success) {
     return Fail("fit a surface", "the equations are singular", "scan again: the returns do not cover the body");
   }
   const Eigen::VectorXd start = factor.solve(system.DataVector({}));
-  summary.times.smoothing_s = watch.Lap();
+  summary.times.solve_s = watch.Lap();
 
   context.Report("fitting", 0.8, 1.0);
   const std::vector<double> scales = LocalScales(samples, verdicts, cells, Residuals(system, start), noise);
-  PolishResult polish = RobustPolish(system, smoothing.penalty, factor, start, scales);
+  PolishResult polish = RobustPolish(system, smoothing->penalty, factor, start, scales);
   if (!polish.coefficients.allFinite()) {
     return Fail("fit a surface", "the solution is not finite", "scan again: the returns do not determine a surface");
   }
   const StencilMatrix weighted = system.DataMatrix(polish.factors);
-  Eigen::SparseMatrix<double> normal_matrix = factorise(weighted);
+  Eigen::SparseMatrix<double> normal_matrix = Factorise(weighted, smoothing->penalty, factor);
   summary.effective_parameters = EffectiveParameters(factor, weighted.UpperTriangle());
   summary.times.polish_s = watch.Lap();
 
   context.Report("fitting", 0.95, 1.0);
-  SurfaceSegment segment{"body", SplineSurface(theta, z, polish.coefficients), KnowledgeMap(),
+  SurfaceSegment segment{"body", SplineSurface(system.theta(), system.z(), polish.coefficients), KnowledgeMap(),
                          std::move(normal_matrix)};
   segment.knowledge = BuildKnowledge(cells, segment.surface);
   summary.times.knowledge_s = watch.Lap();
@@ -247,7 +257,7 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   summary.noise_sigma_mm = std::sqrt(weighted_squares / std::max(1.0, used - summary.effective_parameters));
   summary.rms_mm = std::sqrt(residuals.squaredNorm() / used);
   summary.coefficients = system.size();
-  summary.lambda = pilot->lambda;
+  summary.lambda = smoothing->lambda;
   summary.cost_start = polish.cost_start;
   summary.cost_end = polish.cost_end;
   summary.iterations = polish.iterations;

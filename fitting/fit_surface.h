@@ -36,8 +36,8 @@ struct RejectedSample {
 /// Seconds spent per stage.
 struct FitTimes {
   double screening_s = 0.0;
-  double pilot_s = 0.0;
   double smoothing_s = 0.0;
+  double solve_s = 0.0;
   double polish_s = 0.0;
   double knowledge_s = 0.0;
   double total_s = 0.0;

@@ -9,6 +9,7 @@ namespace {
 constexpr std::ptrdiff_t kHalf = 2;          // of the 5 × 5 window of the local quadratic
 constexpr double kVarianceInflation = 12.0;  // prior variance of a second difference over its local mean square
 constexpr double kSmallestBend = 0.06;       // mm; no cell is taken to be flatter than this
+constexpr double kHoleSlope = 3.0;           // mm per cell; prior sd of the slope where nothing was seen
 
 /// Values on the cells: the mean of the samples, or the pilot where there is none.
 struct FilledCells {
@@ -118,6 +119,22 @@ StencilMatrix RoughnessMatrix(const PeriodicCubicBasis& theta, const ClampedCubi
       matrix.AddOuter(u, u.second, v, v.value, w.uu * uu_scale);
       matrix.AddOuter(u, u.value, v, v.second, w.vv * vv_scale);
       matrix.AddOuter(u, u.first, v, v.first, w.uv * uv_scale);
+    }
+  }
+  return matrix;
+}
+
+StencilMatrix HoleMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z, const CellGrid& cells) {
+  StencilMatrix matrix(theta.count(), z.count());
+  const double theta_weight = std::pow(cells.theta_step() / kHoleSlope, 2);
+  const double z_weight = std::pow(cells.z_step() / kHoleSlope, 2);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    const CubicBasis v = z.At(cells.z(row));
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      if (cells.count(column, row) > 0) continue;
+      const CubicBasis u = theta.At(cells.theta(column));
+      matrix.AddOuter(u, u.first, v, v.value, theta_weight);
+      matrix.AddOuter(u, u.value, v, v.first, z_weight);
     }
   }
   return matrix;

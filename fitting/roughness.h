@@ -30,6 +30,11 @@ struct RoughnessWeights {
 [[nodiscard]] StencilMatrix RoughnessMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z,
                                             const CellGrid& cells, const RoughnessWeights& weights);
 
+/// A weak pull towards level ground in cells without a sample, so that the surface stays near its surroundings over
+/// real holes instead of running off: half of (f_u/s)² + (f_v/s)² per such cell, s = 3 mm per cell.
+[[nodiscard]] StencilMatrix HoleMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z,
+                                       const CellGrid& cells);
+
 /// Weights from the data themselves: the prior variance of a second difference in a cell is taken from the second
 /// differences around it (least-squares quadratic over 5 × 5 cells, what noise alone makes subtracted; a cell without a
 /// sample takes `pilot` and counts as free of noise), so that flat skin is smoothed and ears and creases are not.

@@ -86,11 +86,12 @@ double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix
   return sum / kProbes;
 }
 
-Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const StencilMatrix& penalty) {
+Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const StencilMatrix& fixed,
+                                        const StencilMatrix& penalty) {
   const StencilMatrix data = system.DataMatrix({});
   const Eigen::SparseMatrix<double> data_upper = data.UpperTriangle();
   const Eigen::VectorXd right = system.DataVector({});
-  const double ridge = kRidge * data_upper.diagonal().mean();
+  const double ridge = kRidge * data.MeanDiagonal();
   const auto n = static_cast<double>(system.rows().size());
   SparseFactor factor;
   bool analysed = false;
@@ -100,6 +101,7 @@ Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const Stenci
     choice.lambda = std::exp(log_lambda);
     choice.gcv = std::numeric_limits<double>::infinity();
     StencilMatrix total = data;
+    total.Add(fixed, 1.0);
     total.Add(penalty, choice.lambda);
     total.AddDiagonal(ridge);
     const Eigen::SparseMatrix<double> upper = total.UpperTriangle();
@@ -129,7 +131,7 @@ Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const Stenci
     return found->second;
   };
   const double decade = std::log(10.0);
-  const double centre = std::log(data_upper.diagonal().mean() / penalty.UpperTriangle().diagonal().mean());
+  const double centre = std::log(data.MeanDiagonal() / penalty.MeanDiagonal());
   constexpr int kDecades = 8;
   int best = 0;
   while (best > -kDecades && at(centre + (best - 1) * decade).gcv < at(centre + best * decade).gcv) --best;

@@ -63,9 +63,10 @@ struct SmoothingChoice {
   Eigen::VectorXd coefficients;
 };
 
-/// Minimises the GCV score over log λ for A = G + λ·P by a bracketing scan and golden section.
-/// `penalty` is the penalty matrix at λ = 1. Fails if no λ gives a positive definite system.
-[[nodiscard]] Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const StencilMatrix& penalty);
+/// Minimises the GCV score over log λ for A = G + H + λ·P by a walk in decades and golden section.
+/// `fixed` is H (any prior that is not to be chosen), `penalty` is P. Fails if no λ gives a positive definite system.
+[[nodiscard]] Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const StencilMatrix& fixed,
+                                                      const StencilMatrix& penalty);
 
 /// Outcome of the robust polish.
 struct PolishResult {

@@ -38,6 +38,12 @@ void StencilMatrix::AddDiagonal(double value) {
   for (std::size_t row = 0; row < size(); ++row) values_[row * kStencil + kReach] += value;
 }
 
+double StencilMatrix::MeanDiagonal() const {
+  double sum = 0.0;
+  for (std::size_t row = 0; row < size(); ++row) sum += values_[row * kStencil + kReach];
+  return sum / static_cast<double>(size());
+}
+
 Eigen::SparseMatrix<double> StencilMatrix::UpperTriangle() const {
   using Triplet = Eigen::Triplet<double>;
   std::vector<Triplet> triplets;
@@ -62,10 +68,6 @@ Eigen::SparseMatrix<double> StencilMatrix::UpperTriangle() const {
   Eigen::SparseMatrix<double> matrix(n, n);
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
-}
-
-Eigen::VectorXd StencilMatrix::Multiply(const Eigen::VectorXd& x) const {
-  return UpperTriangle().selfadjointView<Eigen::Upper>() * x;
 }
 
 }  // namespace annulus

@@ -27,10 +27,10 @@ class StencilMatrix {
   /// Adds `value` to every diagonal entry.
   void AddDiagonal(double value);
 
+  [[nodiscard]] double MeanDiagonal() const;
+
   /// The upper triangle as a compressed sparse matrix.
   [[nodiscard]] Eigen::SparseMatrix<double> UpperTriangle() const;
-  /// this · x.
-  [[nodiscard]] Eigen::VectorXd Multiply(const Eigen::VectorXd& x) const;
 
  private:
   static constexpr std::size_t kReach = 3;
