@@ -81,7 +81,9 @@ LinearRgb ShadeDielectric(const Material& material, const ShadingPoint& point) {
   const Eigen::Vector3f mirrored = Mirrored(point);
   LinearRgb walls = StudioWalls(mirrored, material.roughness);
   if (material.finish == Finish::kPlastic) walls += 0.6F * StudioLamps(mirrored, material.roughness);
-  return (1.0F - fresnel) * material.colour.cwiseProduct(light) + LightHighlights(material, point, n_dot_v) +
+  // Skin is not a closed film: most of its gloss is broken by pores and fine hair.
+  const float gloss = material.finish == Finish::kSkin ? 0.35F : 1.0F;
+  return (1.0F - fresnel) * material.colour.cwiseProduct(light) + gloss * LightHighlights(material, point, n_dot_v) +
          fresnel * walls;
 }
 

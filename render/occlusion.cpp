@@ -84,6 +84,12 @@ PixelSurface NearestSamples(const Layer& layer, const SampleGrid& grid, int supe
   return surface;
 }
 
+/// How far from a point, mm, others can shade it: the same distance in the picture at every depth.
+float ReachAt(const SampleGrid& grid, const Eigen::Vector3f& position) {
+  const double scale = grid.projection == Projection::kPerspective ? -position.z() : 1.0;
+  return static_cast<float>(2.0 * grid.half_height * kReachShare * scale);
+}
+
 /// How much of the half space over the pixel is closed within `reach` mm, 0 … 1.
 float OcclusionAt(const PixelSurface& surface, int x, int y, const ProbePattern& pattern, float reach) {
   const std::size_t index = PixelIndex(surface, x, y);
@@ -107,13 +113,14 @@ float OcclusionAt(const PixelSurface& surface, int x, int y, const ProbePattern&
 
 /// Averages over one period of the pattern along one axis, not across steps in depth.
 std::vector<float> Smoothed(const std::vector<float>& values, const PixelSurface& surface, const Offset& step,
-                            float reach, const SampleGrid& grid) {
+                            const SampleGrid& grid) {
   constexpr std::array<float, 5> kWeights = {0.5F, 1.0F, 1.0F, 1.0F, 0.5F};
   std::vector<float> smoothed = values;
   ForEachBand(surface.height, grid.threads, {}, [&](int y) {
     for (int x = 0; x < surface.width; ++x) {
       const std::size_t index = PixelIndex(surface, x, y);
       if (surface.normal[index].isZero(0.0F)) continue;
+      const float step_limit = 0.3F * ReachAt(grid, surface.position[index]);
       float sum = 0.0F;
       float total = 0.0F;
       for (int k = -2; k <= 2; ++k) {
@@ -122,7 +129,7 @@ std::vector<float> Smoothed(const std::vector<float>& values, const PixelSurface
         if (tap_x < 0 || tap_y < 0 || tap_x >= surface.width || tap_y >= surface.height) continue;
         const std::size_t tap = PixelIndex(surface, tap_x, tap_y);
         if (surface.normal[tap].isZero(0.0F)) continue;
-        if (std::abs(surface.position[tap].z() - surface.position[index].z()) > 0.3F * reach) continue;
+        if (std::abs(surface.position[tap].z() - surface.position[index].z()) > step_limit) continue;
         const float weight = kWeights[static_cast<std::size_t>(k + 2)];
         sum += weight * values[tap];
         total += weight;
@@ -141,23 +148,17 @@ std::vector<float> AmbientVisibility(const Layer& layer, const SampleGrid& grid,
   const ProbePattern pattern = MakePattern(kReachShare * surface.height);
   std::vector<float> occlusion(surface.normal.size(), 0.0F);
   const int bands = (surface.height + kRowsPerBand - 1) / kRowsPerBand;
-  const double reach_slope = 2.0 * grid.half_height * kReachShare;
-  float middle_depth = 0.0F;
   ForEachBand(bands, grid.threads, stop, [&](int band) {
     for (int y = band * kRowsPerBand; y < std::min(surface.height, (band + 1) * kRowsPerBand); ++y) {
       for (int x = 0; x < surface.width; ++x) {
         const std::size_t index = PixelIndex(surface, x, y);
         if (surface.normal[index].isZero(0.0F)) continue;
-        const double scale = grid.projection == Projection::kPerspective ? -surface.position[index].z() : 1.0;
-        occlusion[index] = OcclusionAt(surface, x, y, pattern, static_cast<float>(reach_slope * scale));
+        occlusion[index] = OcclusionAt(surface, x, y, pattern, ReachAt(grid, surface.position[index]));
       }
     }
   });
-  for (const Eigen::Vector3f& p : surface.position) middle_depth = std::max(middle_depth, -p.z());
-  const double scale = grid.projection == Projection::kPerspective ? middle_depth : 1.0;
-  const auto reach = static_cast<float>(reach_slope * scale);
-  occlusion = Smoothed(occlusion, surface, {1, 0}, reach, grid);
-  occlusion = Smoothed(occlusion, surface, {0, 1}, reach, grid);
+  occlusion = Smoothed(occlusion, surface, {1, 0}, grid);
+  occlusion = Smoothed(occlusion, surface, {0, 1}, grid);
   for (float& value : occlusion) value = 1.0F - value;
   return occlusion;
 }

@@ -60,7 +60,7 @@ Result<std::vector<std::byte>> EncodePng(const RgbImage& image) {
   }
   try {
     std::vector<unsigned char> encoded;
-    if (!cv::imencode(".png", BytesFromImage(image), encoded, {cv::IMWRITE_PNG_COMPRESSION, 6})) {
+    if (!cv::imencode(".png", BytesFromImage(image), encoded, {cv::IMWRITE_PNG_COMPRESSION, 4})) {
       return Fail(kEncode, "the encoder refused it", "try a smaller image");
     }
     const auto as_bytes = std::as_bytes(std::span(encoded));
