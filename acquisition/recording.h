@@ -64,6 +64,8 @@ class RecordingWriter {
  private:
   struct State;
   explicit RecordingWriter(std::unique_ptr<State> state);
+  Status Start(const ScanHeader& header);
+
   std::unique_ptr<State> state_;
 };
 

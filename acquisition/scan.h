@@ -20,7 +20,7 @@ struct RangeReading {
 
 /// All sensors at one carriage position.
 struct ScanLevel {
-  std::uint32_t index = 0;             ///< Level within its sweep, 0 first taken.
+  std::uint32_t index = 0;  ///< Level within its sweep, 0 first taken.
   std::uint16_t sweep = 0;
   std::chrono::nanoseconds time{0};    ///< Host clock of the level's SYNC; 0 where unknown.
   std::vector<RangeReading> readings;  ///< One per sensor of the ring.
@@ -29,17 +29,17 @@ struct ScanLevel {
 /// What a recording says of itself before its first level.
 struct ScanHeader {
   std::uint32_t format_version = 1;
-  std::string station_id;         ///< "sim" for the simulated booth, "import" for imported files.
-  std::string source;             ///< Free text of an imported file's header; the subject of a simulated scan.
-  std::string subject_id;         ///< Pseudonym; never a name.
+  std::string station_id;  ///< "sim" for the simulated booth, "import" for imported files.
+  std::string source;      ///< Free text of an imported file's header; the subject of a simulated scan.
+  std::string subject_id;  ///< Pseudonym; never a name.
   std::string consent_reference;
   std::string program_version;
   double ring_radius_mm = 0.0;
-  RingCalibration calibration;    ///< Full copy of what was in force; sensors.size() is the ring's sensor count.
-  std::string profile;            ///< Scan profile; "" where unknown.
-  std::string plan_json;          ///< The validated plan as JSON; "" where unknown.
-  std::uint64_t seed = 0;         ///< Of a simulated scan.
-  std::int64_t wall_start_ns = 0; ///< Wall clock of the start, ns since 1970; 0 where unknown.
+  RingCalibration calibration;     ///< Full copy of what was in force; sensors.size() is the ring's sensor count.
+  std::string profile;             ///< Scan profile; "" where unknown.
+  std::string plan_json;           ///< The validated plan as JSON; "" where unknown.
+  std::uint64_t seed = 0;          ///< Of a simulated scan.
+  std::int64_t wall_start_ns = 0;  ///< Wall clock of the start, ns since 1970; 0 where unknown.
 };
 
 /// A whole scan in memory: what a recording holds, what import makes and export writes.

@@ -1,0 +1,95 @@
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "acquisition/scan.h"
+#include "acquisition/scan_hash.h"
+
+namespace annulus {
+namespace {
+
+/// Appends the bytes of a number to `out`.
+template <class Number>
+void Put(std::string& out, Number number) {
+  static_assert(std::endian::native == std::endian::little, "hashed integers are copied as they lie in memory");
+  char raw[sizeof number];
+  std::memcpy(raw, &number, sizeof number);
+  out.append(raw, sizeof raw);
+}
+
+void Update(Sha256& hash, const std::string& bytes) { hash.Update(std::as_bytes(std::span(bytes))); }
+
+/// Distance along `ray` at which it passes closest to the ring's axis, mm; infinite for a ray parallel to the axis.
+double DistanceToAxis(const Ray& ray) {
+  const double horizontal = ray.direction.head<2>().squaredNorm();
+  if (horizontal == 0.0) return std::numeric_limits<double>::infinity();
+  return -ray.origin.head<2>().dot(ray.direction.head<2>()) / horizontal;
+}
+
+}  // namespace
+
+std::vector<SurfaceSample> BuildSamples(const Scan& scan) {
+  std::vector<SurfaceSample> samples;
+  const RingCalibration& calibration = scan.header.calibration;
+  for (const ScanLevel& level : scan.levels) {
+    const auto since_start = level.time - scan.levels.front().time;
+    const std::size_t count = std::min(level.readings.size(), calibration.sensors.size());
+    for (std::size_t sensor = 0; sensor < count; ++sensor) {
+      const RangeReading& reading = level.readings[sensor];
+      if (!std::isfinite(reading.range_mm) || reading.range_mm <= 0.0) continue;
+      const SensorCalibration& corrected = calibration.sensors[sensor];
+      const double distance = reading.range_mm * corrected.range_scale + corrected.range_offset_mm;
+      const Ray ray = calibration.RayOf(sensor, reading.z_mm);
+      if (!(distance > 0.0 && distance < DistanceToAxis(ray))) continue;
+      const Eigen::Vector3d point = ray.origin + distance * ray.direction;
+      SurfaceSample sample;
+      sample.theta = WrapAngle(std::atan2(point.y(), point.x()));
+      sample.z = point.z();
+      sample.radius = point.head<2>().norm();
+      sample.time_s = std::chrono::duration<double>(since_start).count();
+      sample.ray_direction = ray.direction.cast<float>();
+      sample.weight = static_cast<float>(reading.quality) / 255.0F;
+      sample.level = level.index;
+      sample.sensor = static_cast<std::uint16_t>(sensor);
+      sample.sweep = level.sweep;
+      samples.push_back(sample);
+    }
+  }
+  return samples;
+}
+
+ScanHasher::ScanHasher(const ScanHeader& header) {
+  std::string bytes;
+  Put(bytes, static_cast<std::uint32_t>(header.calibration.sensors.size()));
+  Put(bytes, header.ring_radius_mm);
+  for (const SensorCalibration& sensor : header.calibration.sensors) {
+    for (const double number : {sensor.theta, sensor.radius_mm, sensor.range_offset_mm, sensor.range_scale,
+                                sensor.aim_lateral, sensor.aim_vertical, sensor.height_mm}) {
+      Put(bytes, number);
+    }
+  }
+  Update(hash_, bytes);
+}
+
+void ScanHasher::Add(const ScanLevel& level) {
+  std::string bytes;
+  Put(bytes, level.sweep);
+  Put(bytes, level.index);
+  Put(bytes, static_cast<std::int64_t>(level.time.count()));
+  for (const RangeReading& reading : level.readings) {
+    Put(bytes, reading.z_mm);
+    Put(bytes, std::isfinite(reading.range_mm) ? reading.range_mm : std::numeric_limits<double>::quiet_NaN());
+    Put(bytes, reading.quality);
+  }
+  Update(hash_, bytes);
+}
+
+std::string ScanHasher::Finish() { return "sha256:" + hash_.Hex(); }
+
+std::string ScanHash(const Scan& scan) {
+  ScanHasher hasher(scan.header);
+  for (const ScanLevel& level : scan.levels) hasher.Add(level);
+  return hasher.Finish();
+}
+
+}  // namespace annulus

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "acquisition/scan.h"
+#include "base/sha256.h"
+
+namespace annulus {
+
+/// ScanHash taken level by level, while a scan is recorded. Bytes hashed, little-endian: sensor count (u32), ring
+/// radius, the seven numbers of every sensor in their order in SensorCalibration; then per level sweep (u16), index
+/// (u32), time (i64 ns), and per reading z, range (one NaN for every missing return) and quality (u8).
+class ScanHasher {
+ public:
+  explicit ScanHasher(const ScanHeader& header);
+  void Add(const ScanLevel& level);
+  /// "sha256:" + hex. Once only.
+  [[nodiscard]] std::string Finish();
+
+ private:
+  Sha256 hash_;
+};
+
+}  // namespace annulus

@@ -1,0 +1,294 @@
+#include "acquisition/scan_json.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace annulus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint32_t kFormatVersion = 1;
+constexpr std::size_t kMaxSensors = 65'536;
+
+/// A number of SensorCalibration and its key in the header.
+struct SensorField {
+  const char* key;
+  double SensorCalibration::*member;
+};
+constexpr std::array kSensorFields{
+    SensorField{"theta_rad", &SensorCalibration::theta},
+    SensorField{"radius_mm", &SensorCalibration::radius_mm},
+    SensorField{"range_offset_mm", &SensorCalibration::range_offset_mm},
+    SensorField{"range_scale", &SensorCalibration::range_scale},
+    SensorField{"aim_lateral_rad", &SensorCalibration::aim_lateral},
+    SensorField{"aim_vertical_rad", &SensorCalibration::aim_vertical},
+    SensorField{"height_mm", &SensorCalibration::height_mm},
+};
+
+/// A text of ScanHeader and its key.
+struct TextField {
+  const char* key;
+  std::string ScanHeader::*member;
+};
+constexpr std::array kTextFields{
+    TextField{"station_id", &ScanHeader::station_id},
+    TextField{"source", &ScanHeader::source},
+    TextField{"subject_id", &ScanHeader::subject_id},
+    TextField{"consent_reference", &ScanHeader::consent_reference},
+    TextField{"program_version", &ScanHeader::program_version},
+    TextField{"profile", &ScanHeader::profile},
+    TextField{"plan", &ScanHeader::plan_json},
+};
+
+std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+tl::expected<Json, std::string> ParseObject(std::string_view text) {
+  Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (!json.is_object()) return tl::unexpected<std::string>("it is not a JSON object");
+  return json;
+}
+
+tl::unexpected<std::string> Wrong(const std::string& key) {
+  return tl::unexpected<std::string>("'" + key + "' is missing or wrong");
+}
+
+/// The member `key` if it is an integer that `Integer` can hold.
+template <class Integer>
+std::optional<Integer> IntegerAt(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number_integer()) return std::nullopt;
+  if (found->is_number_unsigned()) {
+    const auto value = found->template get<std::uint64_t>();
+    if (value > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max())) return std::nullopt;
+    return static_cast<Integer>(value);
+  }
+  const auto value = found->template get<std::int64_t>();
+  if constexpr (std::is_signed_v<Integer>) return static_cast<Integer>(value);
+  return std::nullopt;  // nlohmann keeps non-negative numbers as unsigned: this one is negative
+}
+
+/// The member `key` if it is a finite number.
+std::optional<double> NumberAt(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::optional<std::string> TextAt(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+/// The member `key` if it is an array of `size`; null otherwise.
+const Json* ArrayAt(const Json& json, const char* key, std::size_t size) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_array() || found->size() != size) return nullptr;
+  return &*found;
+}
+
+tl::expected<RingCalibration, std::string> CalibrationFromJson(const Json& json) {
+  const auto serial = TextAt(json, "ring_serial");
+  if (!serial) return Wrong("ring_serial");
+  const auto first = json.find(kSensorFields[0].key);
+  if (first == json.end() || !first->is_array() || first->size() > kMaxSensors) return Wrong(kSensorFields[0].key);
+  RingCalibration calibration;
+  calibration.ring_serial = *serial;
+  calibration.sensors.resize(first->size());
+  for (const SensorField& field : kSensorFields) {
+    const Json* numbers = ArrayAt(json, field.key, calibration.sensors.size());
+    if (numbers == nullptr) return Wrong(field.key);
+    for (std::size_t i = 0; i < numbers->size(); ++i) {
+      if (!(*numbers)[i].is_number()) return Wrong(field.key);
+      calibration.sensors[i].*field.member = (*numbers)[i].get<double>();
+    }
+  }
+  return calibration;
+}
+
+Json JsonFromCalibration(const RingCalibration& calibration) {
+  Json json{{"ring_serial", calibration.ring_serial}};
+  for (const SensorField& field : kSensorFields) {
+    Json numbers = Json::array();
+    for (const SensorCalibration& sensor : calibration.sensors) numbers.push_back(sensor.*field.member);
+    json[field.key] = std::move(numbers);
+  }
+  return json;
+}
+
+/// Appends the shortest decimal that reads back as `number`; null if it is not finite.
+void PutNumber(std::string& out, double number) {
+  if (!std::isfinite(number)) {
+    out += "null";
+    return;
+  }
+  if (number == 0.0) {
+    out += std::signbit(number) ? "-0.0" : "0";  // JSON readers take -0 for an integer and lose its sign
+    return;
+  }
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  out.append(text.data(), end);
+}
+
+/// Appends `,"key":[…]` with one element per reading.
+template <class Put>
+void PutReadings(std::string& out, std::string_view key, const ScanLevel& level, Put put) {
+  out.append(",\"").append(key).append("\":[");
+  for (const RangeReading& reading : level.readings) {
+    put(reading);
+    out += ',';
+  }
+  if (level.readings.empty()) {
+    out += ']';
+  } else {
+    out.back() = ']';
+  }
+}
+
+}  // namespace
+
+const std::string_view kLevelSchema =
+    R"({"type":"object","properties":{"level":{"type":"integer"},"sweep":{"type":"integer"},)"
+    R"("time_ns":{"type":"integer"},"range_mm":{"type":"array","items":{"type":["number","null"]}},)"
+    R"("z_mm":{"type":"array","items":{"type":"number"}},"quality":{"type":"array","items":{"type":"integer"}}},)"
+    R"("required":["level","sweep","time_ns","range_mm","z_mm","quality"]})";
+const std::string_view kAxisSchema =
+    R"({"type":"object","properties":{"time_ns":{"type":"integer"},"z_mm":{"type":"number"}},)"
+    R"("required":["time_ns","z_mm"]})";
+const std::string_view kEventSchema =
+    R"({"type":"object","properties":{"time_ns":{"type":"integer"},"text":{"type":"string"}},)"
+    R"("required":["time_ns","text"]})";
+
+tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
+  if (header.format_version != kFormatVersion) {
+    return tl::unexpected<std::string>("its format version is " + std::to_string(header.format_version) + ", not 1");
+  }
+  if (!(std::isfinite(header.ring_radius_mm) && header.ring_radius_mm > 0.0)) return Wrong("ring_radius_mm");
+  const auto& sensors = header.calibration.sensors;
+  if (sensors.empty() || sensors.size() > kMaxSensors) return Wrong("calibration");
+  for (const SensorCalibration& sensor : sensors) {
+    for (const SensorField& field : kSensorFields) {
+      if (!std::isfinite(sensor.*field.member)) return Wrong(field.key);
+    }
+    if (sensor.radius_mm <= 0.0) return Wrong("radius_mm");
+  }
+  return {};
+}
+
+std::string JsonFromHeader(const ScanHeader& header) {
+  Json json{{"format_version", header.format_version}};
+  for (const TextField& field : kTextFields) json[field.key] = header.*field.member;
+  json["seed"] = header.seed;
+  json["wall_start_ns"] = header.wall_start_ns;
+  json["ring_radius_mm"] = header.ring_radius_mm;
+  json["calibration"] = JsonFromCalibration(header.calibration);
+  return Dump(json);
+}
+
+tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {
+  const auto json = ParseObject(text);
+  if (!json) return tl::unexpected<std::string>(json.error());
+  ScanHeader header;
+  const auto version = IntegerAt<std::uint32_t>(*json, "format_version");
+  const auto seed = IntegerAt<std::uint64_t>(*json, "seed");
+  const auto wall_start = IntegerAt<std::int64_t>(*json, "wall_start_ns");
+  const auto ring_radius = NumberAt(*json, "ring_radius_mm");
+  const auto calibration_json = json->find("calibration");
+  if (!version) return Wrong("format_version");
+  if (!seed) return Wrong("seed");
+  if (!wall_start) return Wrong("wall_start_ns");
+  if (!ring_radius) return Wrong("ring_radius_mm");
+  if (calibration_json == json->end() || !calibration_json->is_object()) return Wrong("calibration");
+  for (const TextField& field : kTextFields) {
+    auto value = TextAt(*json, field.key);
+    if (!value) return Wrong(field.key);
+    header.*field.member = std::move(*value);
+  }
+  auto calibration = CalibrationFromJson(*calibration_json);
+  if (!calibration) return tl::unexpected<std::string>(calibration.error());
+  header.format_version = *version;
+  header.seed = *seed;
+  header.wall_start_ns = *wall_start;
+  header.ring_radius_mm = *ring_radius;
+  header.calibration = std::move(*calibration);
+  if (const auto checked = CheckHeader(header); !checked) return tl::unexpected<std::string>(checked.error());
+  return header;
+}
+
+std::string JsonFromLevel(const ScanLevel& level) {
+  std::string out = "{\"level\":" + std::to_string(level.index) + ",\"sweep\":" + std::to_string(level.sweep) +
+                    ",\"time_ns\":" + std::to_string(level.time.count());
+  PutReadings(out, "range_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.range_mm); });
+  PutReadings(out, "z_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.z_mm); });
+  PutReadings(out, "quality", level, [&](const RangeReading& reading) { out += std::to_string(reading.quality); });
+  return out + '}';
+}
+
+tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::size_t sensor_count) {
+  const auto json = ParseObject(text);
+  if (!json) return tl::unexpected<std::string>(json.error());
+  const auto index = IntegerAt<std::uint32_t>(*json, "level");
+  const auto sweep = IntegerAt<std::uint16_t>(*json, "sweep");
+  const auto time = IntegerAt<std::int64_t>(*json, "time_ns");
+  const Json* ranges = ArrayAt(*json, "range_mm", sensor_count);
+  const Json* heights = ArrayAt(*json, "z_mm", sensor_count);
+  const Json* qualities = ArrayAt(*json, "quality", sensor_count);
+  if (!index) return Wrong("level");
+  if (!sweep) return Wrong("sweep");
+  if (!time) return Wrong("time_ns");
+  if (ranges == nullptr) return Wrong("range_mm");
+  if (heights == nullptr) return Wrong("z_mm");
+  if (qualities == nullptr) return Wrong("quality");
+  ScanLevel level{*index, *sweep, std::chrono::nanoseconds(*time), {}};
+  level.readings.resize(sensor_count);
+  for (std::size_t i = 0; i < sensor_count; ++i) {
+    const Json& range = (*ranges)[i];
+    const Json& quality = (*qualities)[i];
+    if (!range.is_null() && !range.is_number()) return Wrong("range_mm");
+    if (!(*heights)[i].is_number()) return Wrong("z_mm");
+    if (!quality.is_number_unsigned() || quality.get<std::uint64_t>() > 255) return Wrong("quality");
+    RangeReading& reading = level.readings[i];
+    if (range.is_number()) reading.range_mm = range.get<double>();
+    reading.z_mm = (*heights)[i].get<double>();
+    reading.quality = quality.get<std::uint8_t>();
+  }
+  return level;
+}
+
+std::string JsonFromAxisPoint(const AxisPoint& point) {
+  std::string out = "{\"time_ns\":" + std::to_string(point.time.count()) + ",\"z_mm\":";
+  PutNumber(out, point.z_mm);
+  return out + '}';
+}
+
+tl::expected<AxisPoint, std::string> AxisPointFromJson(std::string_view text) {
+  const auto json = ParseObject(text);
+  if (!json) return tl::unexpected<std::string>(json.error());
+  const auto time = IntegerAt<std::int64_t>(*json, "time_ns");
+  const auto z_mm = NumberAt(*json, "z_mm");
+  if (!time) return Wrong("time_ns");
+  if (!z_mm) return Wrong("z_mm");
+  return AxisPoint{std::chrono::nanoseconds(*time), *z_mm};
+}
+
+std::string JsonFromEvent(const RecordedEvent& event) {
+  return Dump(Json{{"time_ns", event.time.count()}, {"text", event.text}});
+}
+
+tl::expected<RecordedEvent, std::string> EventFromJson(std::string_view text) {
+  const auto json = ParseObject(text);
+  if (!json) return tl::unexpected<std::string>(json.error());
+  const auto time = IntegerAt<std::int64_t>(*json, "time_ns");
+  auto words = TextAt(*json, "text");
+  if (!time) return Wrong("time_ns");
+  if (!words) return Wrong("text");
+  return RecordedEvent{std::chrono::nanoseconds(*time), std::move(*words)};
+}
+
+}  // namespace annulus
