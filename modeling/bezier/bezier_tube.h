@@ -33,7 +33,8 @@ class BezierTube {
   [[nodiscard]] Eigen::Vector3d CentreLine(double u) const;
   /// Point at `u` along and `around` in [0, 1): patch A on [0, 0.5], patch B on [0.5, 1).
   [[nodiscard]] Eigen::Vector3d Point(double u, double around) const;
-  /// Mirrored at the plane x = 0, half widths turned round so that the normals still point outward.
+  /// Mirrored at the plane x = 0. Half depths are turned round so that the normals still point outward: A and B change
+  /// sides, the seams stay.
   [[nodiscard]] BezierTube MirroredX() const;
 
  private:

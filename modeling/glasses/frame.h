@@ -34,7 +34,9 @@ struct FrameArm {
 /// x = 0.
 struct Frame {
   FrameParameters parameters;
-  std::array<BezierTube, 4> rim_right;  ///< M0…M3 (top), M3…M6 (nose), M6…M9 (bottom), M9…M0 (temple); A is the front.
+  /// M0…M3 (top), M3…M6 (nose), M6…M9 (bottom), M9…M0 (temple). Patch A is the front of the right rim and the back of
+  /// the left one; the seam Q_i0ᴬ is the inner outline of both.
+  std::array<BezierTube, 4> rim_right;
   std::array<BezierTube, 4> rim_left;
   BezierTube bridge;  ///< Row 0 in the right rim, row 3 in the left rim; A is the front.
   FrameArm arm_right;
