@@ -1,0 +1,123 @@
+#include "fitting/covariance.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <vector>
+
+#include "base/ensure.h"
+
+namespace annulus {
+namespace {
+
+using Ldlt = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper>;
+
+/// The entries of A⁻¹ on the pattern of L (A = PᵀLDLᵀP), in the permuted order: lower triangle by columns.
+/// Takahashi, Fagan, Chin (1973): Z_Si = −Z_SS L_Si, Z_ii = 1/d_i − L_Siᵀ Z_Si, for columns i from the last to the
+/// first, where S are the rows of column i of L below the diagonal; all of Z_SS lies on the pattern.
+class SelectedInverse {
+ public:
+  explicit SelectedInverse(const Ldlt& ldlt) {
+    const Eigen::SparseMatrix<double>& l = ldlt.matrixL().nestedExpression();
+    const Eigen::VectorXd d = ldlt.vectorD();
+    const Eigen::Index n = l.cols();
+    start_.assign(static_cast<std::size_t>(n) + 1, 0);
+    std::vector<double> l_values;
+    for (Eigen::Index column = 0; column < n; ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(l, column); entry; ++entry) {
+        if (entry.row() <= column) continue;
+        rows_.push_back(entry.row());
+        l_values.push_back(entry.value());
+      }
+      start_[static_cast<std::size_t>(column) + 1] = rows_.size();
+    }
+    values_.assign(rows_.size(), 0.0);
+    diagonal_.assign(static_cast<std::size_t>(n), 0.0);
+    std::vector<std::ptrdiff_t> position(static_cast<std::size_t>(n), -1);
+    std::vector<double> product;
+    for (Eigen::Index column = n - 1; column >= 0; --column) {
+      const std::size_t first = start_[static_cast<std::size_t>(column)];
+      const std::size_t last = start_[static_cast<std::size_t>(column) + 1];
+      product.assign(last - first, 0.0);
+      for (std::size_t k = first; k < last; ++k) {
+        position[static_cast<std::size_t>(rows_[k])] = static_cast<std::ptrdiff_t>(k - first);
+      }
+      for (std::size_t k = first; k < last; ++k) {
+        const auto j = static_cast<std::size_t>(rows_[k]);
+        product[k - first] += diagonal_[j] * l_values[k];
+        for (std::size_t m = start_[j]; m < start_[j + 1]; ++m) {
+          const std::ptrdiff_t other = position[static_cast<std::size_t>(rows_[m])];
+          if (other < 0) continue;
+          product[static_cast<std::size_t>(other)] += values_[m] * l_values[k];
+          product[k - first] += values_[m] * l_values[first + static_cast<std::size_t>(other)];
+        }
+      }
+      double diagonal = 1.0 / d[column];
+      for (std::size_t k = first; k < last; ++k) {
+        values_[k] = -product[k - first];
+        diagonal += l_values[k] * product[k - first];
+        position[static_cast<std::size_t>(rows_[k])] = -1;
+      }
+      diagonal_[static_cast<std::size_t>(column)] = diagonal;
+    }
+  }
+
+  /// Entry (a, b) of the permuted inverse; must lie on the pattern.
+  [[nodiscard]] double At(Eigen::Index a, Eigen::Index b) const {
+    if (a == b) return diagonal_[static_cast<std::size_t>(a)];
+    const auto column = static_cast<std::size_t>(std::min(a, b));
+    const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(start_[column]);
+    const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(start_[column + 1]);
+    const auto found = std::lower_bound(begin, end, std::max(a, b));
+    ENSURE(found != end && *found == std::max(a, b), "the entry lies on the factor's pattern");
+    return values_[static_cast<std::size_t>(found - rows_.begin())];
+  }
+
+ private:
+  std::vector<std::size_t> start_;
+  std::vector<Eigen::Index> rows_;
+  std::vector<double> values_;
+  std::vector<double> diagonal_;
+};
+
+}  // namespace
+
+struct SurfaceCovariance::Factor {
+  Ldlt ldlt;
+  std::unique_ptr<const SelectedInverse> inverse;
+};
+
+SurfaceCovariance::SurfaceCovariance(std::unique_ptr<Factor> factor) : factor_(std::move(factor)) {}
+SurfaceCovariance::SurfaceCovariance(SurfaceCovariance&&) noexcept = default;
+SurfaceCovariance& SurfaceCovariance::operator=(SurfaceCovariance&&) noexcept = default;
+SurfaceCovariance::~SurfaceCovariance() = default;
+
+Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::SparseMatrix<double>& upper) {
+  auto factor = std::make_unique<Factor>();
+  factor->ldlt.compute(upper);
+  const bool sound = factor->ldlt.info() == Eigen::Success && (factor->ldlt.vectorD().array() > 0.0).all();
+  if (!sound) {
+    return Fail("compute the model's uncertainty", "its normal matrix is not positive definite", "fit the scan again");
+  }
+  factor->inverse = std::make_unique<SelectedInverse>(factor->ldlt);
+  return SurfaceCovariance(std::move(factor));
+}
+
+double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
+  return gradient.dot(factor_->ldlt.solve(gradient));
+}
+
+double SurfaceCovariance::RadiusVariance(const RadiusRow& row) const {
+  const auto& order = factor_->ldlt.permutationP().indices();
+  double variance = 0.0;
+  for (std::size_t a = 0; a < row.index.size(); ++a) {
+    for (std::size_t b = 0; b < row.index.size(); ++b) {
+      if (row.value[a] == 0.0 || row.value[b] == 0.0) continue;
+      variance += row.value[a] * row.value[b] *
+                  factor_->inverse->At(order[static_cast<Eigen::Index>(row.index[a])],
+                                       order[static_cast<Eigen::Index>(row.index[b])]);
+    }
+  }
+  return std::max(variance, 0.0);
+}
+
+}  // namespace annulus

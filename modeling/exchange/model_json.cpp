@@ -1,0 +1,267 @@
+#include "modeling/exchange/model_json.h"
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "modeling/exchange/base64.h"
+
+namespace annulus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kVersion = 1;
+constexpr std::size_t kMaxCoefficients = std::size_t{1} << 24;
+constexpr std::string_view kFormat = "annulus-model";
+
+template <class T>
+std::string ToBase64(std::span<const T> values) {
+  return EncodeBase64(std::as_bytes(values));
+}
+
+Json MatrixToJson(const Eigen::SparseMatrix<double>& upper) {
+  // Stored by columns of the upper triangle, which are the rows of the lower one.
+  const auto columns = static_cast<std::size_t>(upper.cols());
+  const auto entries = static_cast<std::size_t>(upper.nonZeros());
+  Json json;
+  json["size"] = columns;
+  json["entries"] = entries;
+  json["encoding"] =
+      "base64 little-endian; sparse rows of the lower triangle: int32 row_start, int32 column, float64 value";
+  json["row_start"] = ToBase64(std::span(upper.outerIndexPtr(), columns + 1));
+  json["column"] = ToBase64(std::span(upper.innerIndexPtr(), entries));
+  json["value"] = ToBase64(std::span(upper.valuePtr(), entries));
+  return json;
+}
+
+Json SurfaceToJson(const SurfaceSegment& segment) {
+  const SplineSurface& s = segment.surface;
+  Json json;
+  json["name"] = segment.name;
+  json["kind"] = "r(theta, z): periodic uniform cubic B-spline in theta, clamped cubic B-spline in z";
+  json["z_min_mm"] = s.z_min();
+  json["z_max_mm"] = s.z_max();
+  json["theta_count"] = s.theta_basis().count();
+  json["z_breakpoints_mm"] = s.z_basis().breakpoints();
+  json["coefficients_mm"] =
+      std::vector<double>(s.coefficients().data(), s.coefficients().data() + s.coefficients().size());
+  return json;
+}
+
+Json KnowledgeToJson(const KnowledgeMap& map) {
+  Json rows = Json::array();
+  for (std::size_t row = 0; row < map.rows(); ++row) {
+    std::string text;
+    for (std::size_t column = 0; column < map.columns(); ++column)
+      text += "uim"[static_cast<int>(map.Cell(column, row))];
+    rows.push_back(text);
+  }
+  Json json;
+  json["legend"] = "m measured, i inferred, u unknown; column k is centred on theta = 360 k / columns degrees";
+  json["columns"] = map.columns();
+  json["z_min_mm"] = map.z_min();
+  json["z_max_mm"] = map.z_max();
+  json["rows"] = rows;
+  return json;
+}
+
+/// Thrown and caught inside this file only.
+struct BadModel {
+  std::string seen;
+};
+
+const Json& Member(const Json& json, const char* key) {
+  if (!json.is_object()) throw BadModel{std::string("the holder of '") + key + "' is not an object"};
+  const auto found = json.find(key);
+  if (found == json.end()) throw BadModel{std::string("'") + key + "' is missing"};
+  return *found;
+}
+
+double Number(const Json& json, const char* key) {
+  const Json& value = Member(json, key);
+  if (!value.is_number()) throw BadModel{std::string("'") + key + "' is not a number"};
+  const auto number = value.get<double>();
+  if (!std::isfinite(number) || std::abs(number) > 1e9) throw BadModel{std::string("'") + key + "' is out of range"};
+  return number;
+}
+
+std::size_t Count(const Json& json, const char* key, std::size_t low, std::size_t high) {
+  const Json& value = Member(json, key);
+  if (!value.is_number_unsigned()) throw BadModel{std::string("'") + key + "' is not a count"};
+  const auto count = value.get<std::uint64_t>();
+  if (count < low || count > high) throw BadModel{std::string("'") + key + "' is out of range"};
+  return static_cast<std::size_t>(count);
+}
+
+std::string String(const Json& json, const char* key) {
+  const Json& value = Member(json, key);
+  if (!value.is_string()) throw BadModel{std::string("'") + key + "' is not a text"};
+  return value.get<std::string>();
+}
+
+std::vector<double> Numbers(const Json& json, const char* key) {
+  const Json& values = Member(json, key);
+  if (!values.is_array()) throw BadModel{std::string("'") + key + "' is not a list"};
+  std::vector<double> numbers;
+  numbers.reserve(values.size());
+  for (const Json& value : values) {
+    if (!value.is_number()) throw BadModel{std::string("'") + key + "' holds something that is not a number"};
+    numbers.push_back(value.get<double>());
+    if (!std::isfinite(numbers.back())) throw BadModel{std::string("'") + key + "' holds an infinite number"};
+  }
+  return numbers;
+}
+
+SplineSurface SurfaceFromJson(const Json& json) {
+  const std::size_t theta_count = Count(json, "theta_count", 7, 100'000);
+  std::vector<double> breakpoints = Numbers(json, "z_breakpoints_mm");
+  if (breakpoints.size() < 2) throw BadModel{"'z_breakpoints_mm' has fewer than two entries"};
+  for (std::size_t k = 1; k < breakpoints.size(); ++k) {
+    if (!(breakpoints[k - 1] < breakpoints[k])) throw BadModel{"'z_breakpoints_mm' does not increase"};
+  }
+  const std::vector<double> coefficients = Numbers(json, "coefficients_mm");
+  const std::size_t expected = theta_count * (breakpoints.size() + 2);
+  if (expected > kMaxCoefficients || coefficients.size() != expected) {
+    throw BadModel{"'coefficients_mm' has " + std::to_string(coefficients.size()) + " entries, not " +
+                   std::to_string(expected)};
+  }
+  return {PeriodicCubicBasis(theta_count), ClampedCubicBasis(std::move(breakpoints)),
+          Eigen::Map<const Eigen::VectorXd>(coefficients.data(), static_cast<Eigen::Index>(coefficients.size()))};
+}
+
+template <class T>
+std::vector<T> FromBase64(const Json& json, const char* key, std::size_t count) {
+  const auto bytes = DecodeBase64(String(json, key));
+  if (!bytes || bytes->size() != count * sizeof(T)) {
+    throw BadModel{std::string("'") + key + "' of normal_matrix does not hold " + std::to_string(count) + " entries"};
+  }
+  std::vector<T> values(count);
+  if (count > 0) std::memcpy(values.data(), bytes->data(), bytes->size());
+  return values;
+}
+
+Eigen::SparseMatrix<double> MatrixFromJson(const Json& json, std::size_t size) {
+  if (Count(json, "size", 1, kMaxCoefficients) != size)
+    throw BadModel{"'normal_matrix' has another size than the surface"};
+  const std::size_t entries = Count(json, "entries", 0, size * 64);
+  const auto start = FromBase64<int>(json, "row_start", size + 1);
+  const auto column = FromBase64<int>(json, "column", entries);
+  const auto value = FromBase64<double>(json, "value", entries);
+  if (start.front() != 0 || start.back() != static_cast<int>(entries)) throw BadModel{"'row_start' is inconsistent"};
+  for (std::size_t row = 0; row < size; ++row) {
+    if (start[row] > start[row + 1] || start[row] < 0 || start[row + 1] > static_cast<int>(entries)) {
+      throw BadModel{"'row_start' is inconsistent"};
+    }
+    for (int k = start[row]; k < start[row + 1]; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      const bool ascends = k == start[row] || column[at - 1] < column[at];
+      if (column[at] < 0 || column[at] > static_cast<int>(row) || !ascends || !std::isfinite(value[at])) {
+        throw BadModel{"row " + std::to_string(row) + " of 'normal_matrix' is not a sparse row of a lower triangle"};
+      }
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(size);
+  return Eigen::Map<const Eigen::SparseMatrix<double>>(n, n, static_cast<Eigen::Index>(entries), start.data(),
+                                                       column.data(), value.data());
+}
+
+KnowledgeMap KnowledgeFromJson(const Json& json) {
+  const std::size_t columns = Count(json, "columns", 1, 100'000);
+  const Json& rows = Member(json, "rows");
+  if (!rows.is_array() || rows.empty()) throw BadModel{"'rows' of measured is not a list of rows"};
+  const double z_min = Number(json, "z_min_mm");
+  const double z_max = Number(json, "z_max_mm");
+  if (!(z_min < z_max)) throw BadModel{"'z_min_mm' of measured is not below 'z_max_mm'"};
+  KnowledgeMap map(columns, rows.size(), z_min, z_max);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!rows[row].is_string()) throw BadModel{"a row of measured is not a text"};
+    const auto text = rows[row].get<std::string>();
+    if (text.size() != columns) throw BadModel{"row " + std::to_string(row) + " of measured has another length"};
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::size_t state = std::string_view("uim").find(text[column]);
+      if (state == std::string_view::npos) throw BadModel{"measured holds something else than m, i, u"};
+      map.SetCell(column, row, static_cast<Knowledge>(state));
+    }
+  }
+  return map;
+}
+
+SurfaceModel ModelFromObject(const Json& json) {
+  if (!json.is_object() || json.value("format", Json()) != Json(kFormat)) {
+    throw BadModel{"'format' is not \"annulus-model\""};
+  }
+  const std::size_t version = Count(json, "version", 1, 1'000'000);
+  if (version > kVersion) throw BadModel{"version " + std::to_string(version) + " is newer than this program"};
+  const Json& surfaces = Member(json, "surfaces");
+  const Json& measured = Member(json, "measured");
+  const Json& matrices = Member(json, "normal_matrix");
+  if (!surfaces.is_array() || surfaces.empty()) throw BadModel{"'surfaces' is not a list of surfaces"};
+  if (!measured.is_array() || measured.size() != surfaces.size())
+    throw BadModel{"'measured' does not match 'surfaces'"};
+  if (!matrices.is_array() || (!matrices.empty() && matrices.size() != surfaces.size())) {
+    throw BadModel{"'normal_matrix' does not match 'surfaces'"};
+  }
+  SurfaceModel model;
+  for (std::size_t k = 0; k < surfaces.size(); ++k) {
+    SurfaceSegment segment{
+        String(surfaces[k], "name"), SurfaceFromJson(surfaces[k]), KnowledgeFromJson(measured[k]), {}};
+    if (!matrices.empty()) {
+      segment.normal_matrix =
+          MatrixFromJson(matrices[k], static_cast<std::size_t>(segment.surface.coefficients().size()));
+    }
+    model.segments.push_back(std::move(segment));
+  }
+  model.noise_sigma_mm = Number(json, "noise_sigma_mm");
+  const Json& provenance = Member(json, "provenance");
+  model.provenance.recording_hash = String(provenance, "recording_hash");
+  model.provenance.calibration_hash = String(provenance, "calibration_hash");
+  model.provenance.program_version = String(provenance, "program_version");
+  model.provenance.method = String(provenance, "method");
+  const Json& seed = Member(provenance, "seed");
+  if (!seed.is_number_unsigned()) throw BadModel{"'seed' is not a whole number"};
+  model.provenance.seed = seed.get<std::uint64_t>();
+  return model;
+}
+
+}  // namespace
+
+std::string ModelToJson(const SurfaceModel& model) {
+  Json json;
+  json["format"] = kFormat;
+  json["version"] = kVersion;
+  json["provenance"] = {{"recording_hash", model.provenance.recording_hash},
+                        {"calibration_hash", model.provenance.calibration_hash},
+                        {"program_version", model.provenance.program_version},
+                        {"method", model.provenance.method},
+                        {"seed", model.provenance.seed}};
+  json["noise_sigma_mm"] = model.noise_sigma_mm;
+  json["landmarks"] = Json::array();
+  json["calibration_covariance"] = nullptr;
+  json["sway"] = nullptr;
+  json["surfaces"] = Json::array();
+  json["measured"] = Json::array();
+  json["normal_matrix"] = Json::array();
+  for (const SurfaceSegment& segment : model.segments) {
+    json["surfaces"].push_back(SurfaceToJson(segment));
+    json["measured"].push_back(KnowledgeToJson(segment.knowledge));
+    if (segment.normal_matrix.nonZeros() > 0) json["normal_matrix"].push_back(MatrixToJson(segment.normal_matrix));
+  }
+  return json.dump(1) + "\n";
+}
+
+Result<SurfaceModel> ModelFromJson(std::string_view json, std::string_view name) {
+  const std::string attempted = "read model " + std::string(name);
+  const char* advice = "give a MODEL.json written by 'annulus fit'";
+  try {
+    return ModelFromObject(Json::parse(json));
+  } catch (const Json::parse_error& error) {
+    return Fail(attempted,
+                "it is not JSON (byte " + std::to_string(error.byte) + " of " + std::to_string(json.size()) + ")",
+                advice);
+  } catch (const BadModel& bad) {
+    return Fail(attempted, bad.seen, advice);
+  }
+}
+
+}  // namespace annulus

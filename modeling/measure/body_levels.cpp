@@ -1,0 +1,166 @@
+#include "modeling/measure/body_levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include "base/frames.h"
+#include "modeling/mesh/convex_hull_2d.h"
+
+namespace annulus {
+namespace {
+
+constexpr double kStep = 5.0;  // mm between the sections looked at
+constexpr std::size_t kCurvePoints = 240;
+constexpr double kShortestTrunk = 250.0;  // mm of known body below the neck before a trunk is looked for
+
+/// Tape girth of one fully known section.
+struct Girth {
+  double z = 0.0;
+  double tape = 0.0;
+};
+
+/// Girths from the top down over the longest unbroken run of known sections.
+std::vector<Girth> KnownGirths(const MeasuredSurface& body, const TaskContext& context) {
+  std::vector<Girth> best;
+  std::vector<Girth> run;
+  const double top = body.surface().z_max();
+  const double height = top - body.surface().z_min();
+  const auto steps = static_cast<std::size_t>(height / kStep);
+  for (std::size_t k = 0; k <= steps; ++k) {
+    const double z = top - static_cast<double>(k) * kStep;
+    if (const auto curve = SectionCurve(body, z, kCurvePoints)) {
+      run.push_back({z, ConvexHullPerimeter(*curve)});
+    } else {
+      if (run.size() > best.size()) best = run;
+      run.clear();
+    }
+    context.Report("finding levels", static_cast<double>(k), static_cast<double>(steps));
+  }
+  return run.size() > best.size() ? run : best;
+}
+
+std::vector<Girth> Smoothed(const std::vector<Girth>& girths) {
+  std::vector<Girth> smooth = girths;
+  for (std::size_t k = 1; k + 1 < girths.size(); ++k) {
+    smooth[k].tape = (girths[k - 1].tape + 2.0 * girths[k].tape + girths[k + 1].tape) / 4.0;
+  }
+  return smooth;
+}
+
+/// Index of the largest girth of girths[first … last], or none if it lies at an end of the range (then it is no
+/// maximum).
+std::optional<std::size_t> InnerMaximum(const std::vector<Girth>& girths, std::size_t first, std::size_t last) {
+  std::size_t best = first;
+  for (std::size_t k = first; k <= last; ++k) {
+    if (girths[k].tape > girths[best].tape) best = k;
+  }
+  if (best == first || best == last) return std::nullopt;
+  return best;
+}
+
+std::size_t Below(const std::vector<Girth>& girths, std::size_t from, double distance) {
+  return std::min(girths.size() - 1, from + static_cast<std::size_t>(distance / kStep));
+}
+
+/// Head and neck: the first maximum from the top that falls by a tenth again is the head, the smallest girth after it
+/// within 220 mm the neck. Nothing when the girth only grows from the top (a trunk without its head).
+struct HeadAndNeck {
+  std::size_t head = 0;
+  std::size_t neck = 0;
+};
+std::optional<HeadAndNeck> FindHead(const std::vector<Girth>& girths) {
+  std::size_t head = 0;
+  for (std::size_t k = 0; k < girths.size() && girths[0].z - girths[k].z < 350.0; ++k) {
+    if (girths[k].tape > girths[head].tape) head = k;
+    if (girths[k].tape < 0.9 * girths[head].tape) {
+      if (girths[head].tape > 750.0 || head == 0) return std::nullopt;
+      const std::size_t last = Below(girths, head, 260.0);
+      std::size_t neck = head;
+      for (std::size_t j = head; j <= last; ++j) {
+        if (girths[j].tape < girths[neck].tape) neck = j;
+        if (girths[j].tape > 1.25 * girths[neck].tape) break;
+      }
+      return HeadAndNeck{head, neck};
+    }
+  }
+  return std::nullopt;
+}
+
+/// Chest, waist and hip below `start` (the neck, or the top of a headless trunk).
+struct Trunk {
+  std::optional<std::size_t> chest;
+  std::optional<std::size_t> waist;
+  std::optional<std::size_t> hip;
+};
+Trunk FindTrunk(const std::vector<Girth>& girths, std::size_t start, double below_neck) {
+  Trunk trunk;
+  const std::size_t last = girths.size() - 1;
+  // Waist: the smallest girth of the trunk, with more girth both above and below it.
+  const std::size_t upper = Below(girths, start, below_neck);
+  double best_depth = 0.01;
+  for (std::size_t k = upper; k <= Below(girths, start, below_neck + 420.0); ++k) {
+    double above = 0.0;
+    double below = 0.0;
+    for (std::size_t j = upper; j < k; ++j) above = std::max(above, girths[j].tape);
+    for (std::size_t j = k + 1; j <= Below(girths, k, 300.0); ++j) below = std::max(below, girths[j].tape);
+    const double depth = std::min(above, below) / girths[k].tape - 1.0;
+    if (depth > best_depth) {
+      best_depth = depth;
+      trunk.waist = k;
+    }
+  }
+  if (!trunk.waist) return trunk;
+  trunk.hip = InnerMaximum(girths, *trunk.waist, std::min(last, Below(girths, *trunk.waist, 320.0)));
+  // Chest: from the waist up, the girth grows to the bust; above it, it falls a little or jumps up where the arms join.
+  std::size_t chest = *trunk.waist;
+  for (std::size_t k = *trunk.waist; k-- > upper;) {
+    if (girths[k].tape > 1.04 * girths[k + 1].tape) break;  // the arms join: more than 4 % in 5 mm
+    if (girths[k].tape > girths[chest].tape) chest = k;
+    if (girths[chest].z < girths[k].z - 60.0) break;  // no longer growing for 60 mm
+  }
+  if (chest != *trunk.waist) trunk.chest = chest;
+  return trunk;
+}
+
+/// The vertex of the parabola through an extreme and its neighbours, mm: finer than the step.
+double Refined(const std::vector<Girth>& girths, std::size_t k) {
+  if (k == 0 || k + 1 >= girths.size()) return girths[k].z;
+  const double before = girths[k - 1].tape;
+  const double after = girths[k + 1].tape;
+  const double bend = before - 2.0 * girths[k].tape + after;
+  if (bend == 0.0) return girths[k].z;
+  const double shift = std::clamp(0.5 * (before - after) / bend, -1.0, 1.0);
+  return girths[k].z - shift * kStep;
+}
+
+}  // namespace
+
+BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& context) {
+  BodyLevels levels;
+  const std::vector<Girth> girths = Smoothed(KnownGirths(body, context));
+  if (girths.size() < 5) {
+    levels.omitted.emplace_back("All levels: fewer than 25 mm of the body were seen all around.");
+    return levels;
+  }
+  const auto add = [&](const char* id, std::optional<std::size_t> k, const char* definition) {
+    if (k) {
+      levels.found.push_back({id, Refined(girths, *k), definition});
+    } else {
+      levels.omitted.push_back(std::string("Level ") + id + ": not found in the part that was seen all around.");
+    }
+  };
+  const std::optional<HeadAndNeck> head = FindHead(girths);
+  add("head", head ? std::optional(head->head) : std::nullopt, "largest horizontal tape girth of the head");
+  add("neck", head ? std::optional(head->neck) : std::nullopt, "smallest horizontal tape girth below the head");
+  const std::size_t start = head ? head->neck : 0;
+  Trunk trunk;
+  if (girths[start].z - girths.back().z >= kShortestTrunk) trunk = FindTrunk(girths, start, head ? 150.0 : 60.0);
+  add("chest", trunk.chest, "largest horizontal tape girth between axilla and waist");
+  add("waist", trunk.waist, "smallest horizontal tape girth between chest and hip");
+  add("hip", trunk.hip, "largest horizontal tape girth below the waist");
+  return levels;
+}
+
+}  // namespace annulus
