@@ -9,8 +9,8 @@ namespace annulus {
 
 /// Triangles over shared vertices, mm. Counter-clockwise seen from outside. A plain value: nothing is checked here.
 struct TriangleMesh {
-  std::vector<Eigen::Vector3d> vertices;             ///< mm.
-  std::vector<std::array<std::uint32_t, 3>> faces;   ///< Indices into `vertices`.
+  std::vector<Eigen::Vector3d> vertices;            ///< mm.
+  std::vector<std::array<std::uint32_t, 3>> faces;  ///< Indices into `vertices`.
 };
 
 /// Appends `part` to `whole` (no welding).
