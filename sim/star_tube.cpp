@@ -139,7 +139,7 @@ Eigen::Vector3d StarTube::Point(double theta, double z) const {
 std::optional<SectionTruth> StarTube::Section(double z) const {
   if (!(z > z_min() && z < z_max())) return std::nullopt;
   constexpr std::size_t kCurvePoints = 1024;
-  constexpr std::size_t kHullPoints = 8192;
+  constexpr std::size_t kHullPoints = 4096;
   const Slice slice = SliceAt(z);
   const double cap = std::sqrt(1.0 - slice.closing);
   SectionTruth truth;

@@ -51,7 +51,7 @@ class StarTube {
   [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
 
   /// True measures of the loop at z by the trapezoidal rule in theta, which converges geometrically for these analytic
-  /// curves (1024 points; the hull from 8192). Empty outside (z_min, z_max). Relative error <= 1e-6.
+  /// curves (1024 points; the hull from 4096). Empty outside (z_min, z_max). Relative error <= 1e-6.
   [[nodiscard]] std::optional<SectionTruth> Section(double z) const;
   /// Volume between two heights in either order, clipped to the tube, mm³: 8-point Gauss–Legendre between all places
   /// where the construction changes its polynomial, at most 5 mm apart. Relative error <= 1e-6.
