@@ -37,7 +37,7 @@ class BadCsv(ProgramTest):
         """`bad_line` instead of the fifth data line, which is line 7 of the file."""
         lines = small_scan()
         lines[4] = bad_line
-        self.refuse(HEADER + "\n".join(lines) + "\n", "7", *naming)
+        self.refuse(HEADER + "\n".join(lines) + "\n", "line 7", *naming)
 
     def test_the_lines_that_the_others_spoil_are_good(self):
         self.write("good.csv", HEADER + "\n".join(small_scan()) + "\n")

@@ -102,7 +102,7 @@ class Chain(ProgramTest):
 
     def test_eval_refuses_a_points_file_with_letters_naming_the_line(self):
         self.write("asked.csv", "theta_deg,z_mm\n10,200\nten,200\n")
-        self.fails("eval", "model.json", "--points", "asked.csv", "--out", "answer.csv", naming=("asked.csv", "3"))
+        self.fails("eval", "model.json", "--points", "asked.csv", "--out", "answer.csv", naming=("asked.csv", "line 3"))
 
     def test_a_picture_has_the_asked_size_and_shows_something(self):
         for view in ("front", "left45", "right45", "120,20"):
