@@ -37,12 +37,12 @@ LabColour Diverging(double share) {
   const double from_middle = std::abs(2.0 * share - 1.0);
   const double hue = share < 0.5 ? RadiansFromDegrees(277.0) : RadiansFromDegrees(33.0);
   // Chroma rises quickly, lightness evenly: small residuals are already seen as coloured.
-  return {96.0 - 56.0 * from_middle, 62.0 * std::pow(from_middle, 0.8), hue};
+  return {96.0 - 54.0 * from_middle, 52.0 * std::pow(from_middle, 0.8), hue};
 }
 
 LabColour Sequential(double share) {
   const double hue = RadiansFromDegrees(305.0 - 205.0 * share);
-  return {16.0 + 78.0 * share, 24.0 + 30.0 * std::sin(kPi * (0.15 + 0.7 * share)), hue};
+  return {16.0 + 78.0 * share, 20.0 + 22.0 * std::sin(kPi * (0.15 + 0.7 * share)), hue};
 }
 
 }  // namespace

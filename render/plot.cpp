@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -190,11 +191,11 @@ void DrawAxes(Canvas& canvas, const PlotArea& area, const HeatMapStyle& style) {
 }
 
 void DrawLegend(Canvas& canvas, const PlotArea& bar, const HeatMapStyle& style) {
+  DrawOutline(canvas, bar);
   for (int y = bar.top; y < bar.bottom; ++y) {
     const double share = (bar.bottom - 0.5 - y) / (bar.bottom - bar.top);
     for (int x = bar.left; x < bar.right; ++x) canvas.SetPixel(x, y, MapColour(style.map, share));
   }
-  DrawOutline(canvas, bar);
   const std::vector<double> ticks = Ticks(style.minimum, style.maximum, 6);
   for (const double value : ticks) {
     const double share = (value - style.minimum) / (style.maximum - style.minimum);
@@ -240,12 +241,14 @@ std::optional<SectionFrame> FrameSections(const std::vector<SectionSeries>& seri
 }
 
 void DrawSection(Canvas& canvas, const SectionFrame& frame, const SectionSeries& series) {
-  for (std::size_t k = 0; k < series.points.size(); ++k) {
-    const Eigen::Vector2d& from = series.points[k];
-    const Eigen::Vector2d& to = series.points[(k + 1) % series.points.size()];
-    if (from.allFinite() && to.allFinite()) {
-      canvas.Polyline({frame.ToPixel(from), frame.ToPixel(to)}, series.colour, 2);
-    }
+  std::vector<Eigen::Vector2d> run;
+  const std::size_t count = series.points.size();
+  for (std::size_t k = 0; k <= count && count > 0; ++k) {
+    const Eigen::Vector2d& p = series.points[k % count];
+    if (p.allFinite()) run.push_back(frame.ToPixel(p));
+    if (p.allFinite() && k < count) continue;
+    if (run.size() > 1) canvas.Polyline(run, series.colour, 2);
+    run.clear();
   }
 }
 
@@ -279,8 +282,8 @@ Result<RgbImage> RenderHeatMap(const Eigen::MatrixXd& values, const HeatMapStyle
   }
   Canvas canvas(style.width, style.height);
   const PlotArea area{72, 34, style.width - 92, style.height - 48};
+  DrawOutline(canvas, area);  // first: its soft edge must not tint the cells
   DrawHeatCells(canvas, area, values, style);
-  DrawOutline(canvas, area);
   DrawAxes(canvas, area, style);
   DrawLegend(canvas, {style.width - 76, area.top + 16, style.width - 58, area.bottom}, style);
   canvas.Text(style.title, {static_cast<double>(area.left), 22.0}, kTitleText, Anchor::kLeft);

@@ -39,13 +39,23 @@ RgbImage ImageFromBytes(const cv::Mat& bytes) {
   return image;
 }
 
-bool HasPngSignature(std::span<const std::byte> bytes) {
-  constexpr std::array<unsigned char, 8> kSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  if (bytes.size() < kSignature.size()) return false;
-  for (std::size_t k = 0; k < kSignature.size(); ++k) {
-    if (std::to_integer<unsigned char>(bytes[k]) != kSignature[k]) return false;
+bool HasAt(std::span<const std::byte> bytes, std::size_t from, std::span<const unsigned char> expected) {
+  if (bytes.size() < from + expected.size()) return false;
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    if (std::to_integer<unsigned char>(bytes[from + k]) != expected[k]) return false;
   }
   return true;
+}
+
+bool HasPngSignature(std::span<const std::byte> bytes) {
+  constexpr std::array<unsigned char, 8> kSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  return HasAt(bytes, 0, kSignature);
+}
+
+/// Whether the file ends with the IEND chunk (name and checksum); a truncated one does not.
+bool HasPngEnd(std::span<const std::byte> bytes) {
+  constexpr std::array<unsigned char, 8> kEnd = {'I', 'E', 'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+  return bytes.size() >= kEnd.size() && HasAt(bytes, bytes.size() - kEnd.size(), kEnd);
 }
 
 }  // namespace
@@ -73,6 +83,7 @@ Result<std::vector<std::byte>> EncodePng(const RgbImage& image) {
 Result<RgbImage> DecodePng(std::span<const std::byte> bytes) {
   constexpr const char* kAdvice = "give a complete PNG file";
   if (!HasPngSignature(bytes)) return Fail(kDecode, "the first eight bytes are not those of a PNG file", kAdvice);
+  if (!HasPngEnd(bytes)) return Fail(kDecode, "its last chunk is missing", kAdvice);
   try {
     const std::vector<unsigned char> copy = [&bytes] {
       std::vector<unsigned char> values;

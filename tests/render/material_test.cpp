@@ -1,0 +1,67 @@
+#include "render/material.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "base/ensure.h"
+#include "render/studio.h"
+
+namespace annulus {
+namespace {
+
+const Eigen::Vector3f kToEye(0.0F, 0.0F, 1.0F);
+
+TEST(Material, ShadesAreFiniteAndBelowWhiteForEveryDirection) {
+  std::mt19937_64 engine(3);
+  const auto uniform = [&engine] { return static_cast<float>(engine() % 2001) / 1000.0F - 1.0F; };
+  for (const Material& material : {SkinMaterial(), NeutralBodyMaterial(), PlasticMaterial(LinearRgb::Ones()),
+                                   MetalMaterial(LinearRgb::Ones()), PlasticMaterial(LinearRgb::Zero())}) {
+    for (int k = 0; k < 2000; ++k) {
+      const Eigen::Vector3f normal = Eigen::Vector3f(uniform(), uniform(), uniform() + 1e-3F).normalized();
+      const LinearRgb light = Shade(material, {normal, kToEye});
+      EXPECT_TRUE(light.allFinite());
+      EXPECT_GE(light.minCoeff(), 0.0F);
+      EXPECT_LE(light.maxCoeff(), 1.0F);
+    }
+  }
+}
+
+TEST(Material, MetalMirrorsInItsOwnColour) {
+  const LinearRgb gold = LinearFromHex(0xffd791);
+  const LinearRgb seen = Shade(MetalMaterial(gold), {kToEye, kToEye});
+  const LinearRgb white = Shade(MetalMaterial(LinearRgb::Ones()), {kToEye, kToEye});
+  // Head on, Schlick's term is 0: what a white mirror shows times the reflectance.
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen[k] / white[k], gold[k], 1e-4);
+}
+
+TEST(Material, LensMirrorsALampOnlyInItsDirection) {
+  EXPECT_EQ(LensHighlight({kToEye, kToEye}), LinearRgb(0.0F, 0.0F, 0.0F));
+  const Eigen::Vector3f key = Eigen::Vector3f(-0.62F, 0.52F, 0.58F).normalized();
+  const Eigen::Vector3f half = (key + kToEye).normalized();
+  const LinearRgb highlight = LensHighlight({half, kToEye});
+  // Two faces of index 1.5, Schlick: R = 0.04 + 0.96 (1 - cos)^5, together 2 R / (1 + R).
+  const double cosine = half.dot(kToEye);
+  const double single = 0.04 + 0.96 * std::pow(1.0 - cosine, 5.0);
+  const double lamp = StudioLamps(key, 0.02F)[0];
+  ASSERT_GT(lamp, 0.0);
+  EXPECT_NEAR(highlight[0] / lamp, 2.0 * single / (1.0 + single), 1e-5);
+}
+
+TEST(Material, LensTintKeepsItsHueAndTransmittance) {
+  const Material blue = LensMaterial(LinearRgb(0.1F, 0.2F, 0.4F), 0.8);
+  EXPECT_FLOAT_EQ(blue.transmittance[0], 0.2F);
+  EXPECT_FLOAT_EQ(blue.transmittance[1], 0.4F);
+  EXPECT_FLOAT_EQ(blue.transmittance[2], 0.8F);
+  EXPECT_EQ(LensMaterial(LinearRgb::Zero(), 0.5).transmittance, LinearRgb(0.5F, 0.5F, 0.5F));
+  EXPECT_EQ(LensMaterial(LinearRgb::Ones(), 7.0).transmittance, LinearRgb(1.0F, 1.0F, 1.0F));
+}
+
+TEST(Material, ALensHasNoColourOfItsOwn) {
+  EXPECT_THROW((void)Shade(LensMaterial(LinearRgb::Ones(), 0.5), {kToEye, kToEye}), LogicError);
+}
+
+}  // namespace
+}  // namespace annulus
