@@ -1,5 +1,6 @@
 #include "modeling/mesh/bvh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
