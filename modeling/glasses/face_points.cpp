@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "base/units.h"
@@ -98,27 +99,32 @@ std::optional<GridPlace> FindNose(const HeadGrid& grid, int neck) {
   return best;
 }
 
-/// The tip on the surface: most forward near the grid's maximum.
+/// The tip on the surface: most forward near the grid's maximum, halfway between the flanks 3 mm behind it.
 FacePoint RefinePronasale(const SplineSurface& head, const HeadGrid& grid, const GridPlace& nose) {
+  constexpr double kStep = 0.25;
   const double theta = RadiansFromDegrees(nose.degree);
-  FacePoint tip{grid.Point(nose.degree, nose.row), FacePointSource::kDetected};
-  for (double dz = -6.0; dz <= 6.0; dz += 0.25) {
-    for (double dtheta = -2.0; dtheta <= 2.0; dtheta += 0.5) {
-      const double z = std::clamp(grid.z(nose.row) + dz, head.z_min(), head.z_max());
-      const Vector3d point = head.Point(theta + RadiansFromDegrees(dtheta), z);
-      if (point.y() > tip.position.y()) tip.position = point;
-    }
+  double z = grid.z(nose.row);
+  for (double dz = -6.0; dz <= 6.0; dz += kStep) {
+    const double moved = std::clamp(grid.z(nose.row) + dz, head.z_min(), head.z_max());
+    if (head.Point(theta, moved).y() > head.Point(theta, z).y()) z = moved;
   }
-  return tip;
+  const double flank = head.Radius(theta, z) - 3.0;
+  const auto reach = [&](double sign) {
+    double angle = 0.0;
+    while (angle < RadiansFromDegrees(20.0) && head.Radius(theta + sign * angle, z) > flank) angle += 0.001;
+    return angle;
+  };
+  return {head.Point(theta + 0.5 * (reach(1.0) - reach(-1.0)), z), FacePointSource::kDetected};
 }
 
 /// The hollow of the mid profile above the nose: its first minimum, else where it lies deepest under the chord from the
 /// tip to the forehead, else by proportion.
-FacePoint FindSellion(const SplineSurface& head, const GridPlace& nose, double tip_z) {
+FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
   constexpr double kStep = 0.25;
   constexpr double kChord = 70.0;
   constexpr double kUsual = 33.0;
-  const double theta = RadiansFromDegrees(nose.degree);
+  const double theta = std::atan2(tip.y(), tip.x());
+  const double tip_z = tip.z();
   const auto radius = [&](double above) { return head.Radius(theta, std::min(tip_z + above, head.z_max())); };
   double deepest = 0.0;
   double chord_place = kUsual;
@@ -166,7 +172,7 @@ Vector3d SurfaceAtX(const SplineSurface& head, double x, double z) {
 /// hollow is deepest at the nose, so x is the centre of its extent (weights cut off) and z that of its depth.
 FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
   constexpr int kHalfChord = 20;
-  constexpr double kInnermost = 13.0;
+  constexpr double kInnermost = 14.5;
   constexpr double kOutermost = 55.0;
   constexpr double kUsualLateral = 31.5;
   constexpr double kUsualBelow = 7.0;
@@ -230,60 +236,86 @@ class EarRelief {
   BodySide side_;
 };
 
-/// The top of the ear: from the row where the ear is largest upwards until it stands out by a fifth of its height only.
-/// The temple lies there, between ear and head.
-FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
+/// The ear's relief, row by row downwards, only near the column in which it stands out most: the cheek's hollows far in
+/// front of the ear also make some relief.
+std::vector<std::vector<double>> EarOnly(const EarRelief& relief, int first, int last) {
+  constexpr std::size_t kReach = 20;
+  std::vector<std::vector<double>> heights;
+  for (int row = first; row <= last; ++row) heights.push_back(relief.Height(row));
+  std::vector<double> columns(heights.front().size(), 0.0);
+  for (const std::vector<double>& row : heights) {
+    for (std::size_t k = 0; k < row.size(); ++k) columns[k] += row[k];
+  }
+  const auto ear = static_cast<std::size_t>(std::max_element(columns.begin(), columns.end()) - columns.begin());
+  for (std::vector<double>& row : heights) {
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      if (k + kReach < ear || k > ear + kReach) row[k] = 0.0;
+    }
+  }
+  return heights;
+}
+
+/// The rows that the ear takes, counted from the first row searched.
+struct EarRows {
+  std::size_t upper;
+  std::size_t lower;
+  double edge;  ///< mm; the relief at which it ends.
+};
+
+/// From the row where the ear is largest up and down until it stands out by a fifth of its height only. Empty if that
+/// is nothing like an ear.
+std::optional<EarRows> FindEarRows(const std::vector<std::vector<double>>& heights) {
   constexpr double kLeastEar = 4.0;
-  constexpr double kShortest = 20.0;
-  constexpr double kLongest = 100.0;
+  constexpr double kLeastEdge = 2.0;
+  constexpr std::size_t kShortest = 20;
+  constexpr std::size_t kLongest = 100;
+  std::vector<double> peaks;
+  std::vector<double> sums;
+  for (const std::vector<double>& row : heights) {
+    peaks.push_back(*std::max_element(row.begin(), row.end()));
+    sums.push_back(std::accumulate(row.begin(), row.end(), 0.0));
+  }
+  const double peak = *std::max_element(peaks.begin(), peaks.end());
+  const auto middle = static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+  EarRows rows{middle, middle, std::max(0.2 * peak, kLeastEdge)};
+  while (rows.upper > 0 && peaks[rows.upper - 1] >= rows.edge) --rows.upper;
+  while (rows.lower + 1 < peaks.size() && peaks[rows.lower + 1] >= rows.edge) ++rows.lower;
+  const std::size_t length = rows.lower - rows.upper;
+  if (peak < kLeastEar || length < kShortest || length > kLongest || rows.upper == 0) return std::nullopt;
+  return rows;
+}
+
+/// The top of the ear, where the temple lies between ear and head; by proportion if there is no ear.
+FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
   constexpr int kUsualForward = -4;
   constexpr double kUsualBelow = 2.0;
   const EarRelief relief(grid, side);
   const int first = grid.RowAt(sellion.z() + 25.0);
-  const int last = grid.RowAt(sellion.z() - 75.0);
-  std::vector<std::vector<double>> heights;
-  std::vector<double> peaks;
-  std::size_t middle = 0;
-  double largest = 0.0;
-  for (int row = first; row <= last; ++row) {
-    heights.push_back(relief.Height(row));
-    peaks.push_back(*std::max_element(heights.back().begin(), heights.back().end()));
-    double sum = 0.0;
-    for (const double height : heights.back()) sum += height;
-    if (sum > largest) {
-      largest = sum;
-      middle = heights.size() - 1;
-    }
-  }
-  const double peak = *std::max_element(peaks.begin(), peaks.end());
-  const double edge = std::max(0.2 * peak, 2.0);
-  std::size_t upper = middle;
-  while (upper > 0 && peaks[upper - 1] >= edge) --upper;
-  std::size_t lower = middle;
-  while (lower + 1 < peaks.size() && peaks[lower + 1] >= edge) ++lower;
-  const auto length = static_cast<double>(lower - upper);
-  if (peak < kLeastEar || length < kShortest || length > kLongest || upper == 0) {
+  const std::vector<std::vector<double>> heights = EarOnly(relief, first, grid.RowAt(sellion.z() - 75.0));
+  const std::optional<EarRows> rows = FindEarRows(heights);
+  if (!rows) {
     return {head.Point(RadiansFromDegrees(relief.Degree(kUsualForward)), sellion.z() - kUsualBelow),
             FacePointSource::kProportion};
   }
   Centroid forward;
-  for (std::size_t k = 0; k < heights[upper].size(); ++k) {
-    forward.Add(std::max(heights[upper][k] - 0.5 * edge, 0.0), EarRelief::kBack + static_cast<double>(k));
+  const std::vector<double>& top = heights[rows->upper];
+  for (std::size_t k = 0; k < top.size(); ++k) {
+    forward.Add(std::max(top[k] - 0.5 * rows->edge, 0.0), EarRelief::kBack + static_cast<double>(k));
   }
-  const int row = first + static_cast<int>(upper);
+  const int row = first + static_cast<int>(rows->upper);
   const auto degree = static_cast<int>(std::lround(forward.value()));
   const double base = relief.Base(row)[static_cast<std::size_t>(degree - EarRelief::kBack)];
-  const double radius = std::min(grid.r(relief.Degree(degree), row), base + edge);
+  const double radius = std::min(grid.r(relief.Degree(degree), row), base + rows->edge);
   return {PointFromCylindrical(RadiansFromDegrees(relief.Degree(degree)), radius, grid.z(row)),
           FacePointSource::kDetected};
 }
 
 /// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
-FacePoint FindForehead(const SplineSurface& head, const GridPlace& nose, const Vector3d& sellion) {
+FacePoint FindForehead(const SplineSurface& head, const Vector3d& sellion) {
   constexpr double kAboveSellion = 30.0;
   constexpr double kSlightlyBefore = 2.0;
   const double z = std::min(sellion.z() + kAboveSellion, head.z_max());
-  const Vector3d on_skin = head.Point(RadiansFromDegrees(nose.degree), z);
+  const Vector3d on_skin = head.Point(std::atan2(sellion.y(), sellion.x()), z);
   return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), FacePointSource::kDetected};
 }
 
@@ -323,13 +355,13 @@ Result<FacePoints> FindFacePoints(const SplineSurface& head) {
   }
   FacePoints face;
   face.pronasale = RefinePronasale(head, grid, *nose);
-  face.sellion = FindSellion(head, *nose, face.pronasale.position.z());
+  face.sellion = FindSellion(head, face.pronasale.position);
   const Vector3d& sellion = face.sellion.position;
   face.eye_right = FindEye(head, grid, sellion, BodySide::kRight);
   face.eye_left = FindEye(head, grid, sellion, BodySide::kLeft);
   face.ear_right = FindEar(head, grid, sellion, BodySide::kRight);
   face.ear_left = FindEar(head, grid, sellion, BodySide::kLeft);
-  face.forehead = FindForehead(head, *nose, sellion);
+  face.forehead = FindForehead(head, sellion);
   return face;
 }
 
