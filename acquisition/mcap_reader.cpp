@@ -202,7 +202,11 @@ McapReport McapPass::Run() {
 
 McapPass::Outcome McapPass::Handle(const RawRecord& record) {
   if (Is(record, McapOpcode::kFooter)) return HandleFooter(record.content);
-  if (summary_start_ != 0) return Outcome::kGood;  // the summary repeats what stood before; its CRC is checked
+  if (summary_start_ != 0) {
+    if (!Is(record, McapOpcode::kChunk)) return Outcome::kGood;  // the summary repeats; its CRC is checked
+    Note("data follows the record that ends the data");
+    summary_start_ = 0;
+  }
   return HandleInData(record);
 }
 
@@ -334,13 +338,13 @@ void McapPass::HandleRecordsOfChunk(std::string_view records) {
 McapPass::Outcome McapPass::HandleDataEnd(std::string_view content) {
   McapCursor cursor(content);
   const auto crc = cursor.Take<std::uint32_t>();
-  if (!crc) {
-    Note("the record that ends the data is too short");
+  if (!crc || !cursor.rest().empty()) {
+    Note("the record that ends the data has a wrong length");
     return Outcome::kDamaged;
   }
   summary_start_ = next_;
   if (*crc != 0 && *crc != CrcOf(file_.substr(0, offset_))) Note("the CRC over all data is wrong");
-  return AcceptSurplus(cursor.rest());
+  return Outcome::kGood;
 }
 
 McapPass::Outcome McapPass::HandleFooter(std::string_view content) {

@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
@@ -17,12 +18,18 @@ std::string EntryOf(const McapMetadata& metadata, const char* key) {
   return found == metadata.entries.end() ? std::string() : found->second;
 }
 
+/// What the writer said at the end of a scan.
+struct ScanEnd {
+  std::uint64_t levels = 0;
+  std::string scan_hash;
+};
+
 /// Puts a recording together from the records of its file.
 class RecordingCollector final : public McapListener {
  public:
   void OnMetadata(const McapMetadata& metadata) override {
     if (metadata.name == kScanRecordName) TakeHeader(metadata);
-    if (metadata.name == kEndRecordName) end_ = metadata;
+    if (metadata.name == kEndRecordName) TakeEnd(metadata);
   }
 
   void OnMessage(const McapChannel& channel, const McapMessage& message) override {
@@ -57,6 +64,16 @@ class RecordingCollector final : public McapListener {
     has_header_ = true;
   }
 
+  void TakeEnd(const McapMetadata& metadata) {
+    const std::string levels = EntryOf(metadata, kLevelCountKey);
+    const std::string hash = EntryOf(metadata, kScanHashKey);
+    const std::string both = levels + hash;
+    if (Sha256Hex(std::as_bytes(std::span(both))) != EntryOf(metadata, kSha256Key)) {
+      return Note("the record of the scan's end is damaged");
+    }
+    end_ = ScanEnd{std::strtoull(levels.c_str(), nullptr, 10), hash};
+  }
+
   void TakeLevel(const McapMessage& message) {
     if (message.sequence < next_sequence_) return Note("a level stands twice in the file");
     recording_.report.levels_lost += message.sequence - next_sequence_;
@@ -82,7 +99,7 @@ class RecordingCollector final : public McapListener {
   int header_copies_ = 0;
   std::string header_problem_;
   std::uint64_t next_sequence_ = 0;
-  std::optional<McapMetadata> end_;
+  std::optional<ScanEnd> end_;
 };
 
 /// Compares with what the writer said at the end.
@@ -92,14 +109,11 @@ void RecordingCollector::CheckEnd() {
     if (report.finished) Note("the record of the scan's end is missing");
     return;
   }
-  const std::string seen = std::to_string(next_sequence_);
-  const std::string written = EntryOf(*end_, kLevelCountKey);
-  if (seen != written) {
-    Note("the scan ended after " + written + " levels, the last one found is number " + seen);
-    const std::uint64_t count = std::strtoull(written.c_str(), nullptr, 10);
-    constexpr std::uint64_t kMostLevels = 1'000'000'000;  // a damaged count is not believed
-    if (count > next_sequence_ && count < kMostLevels) report.levels_lost += count - next_sequence_;
-  } else if (report.levels_lost == 0 && ScanHash(recording_.scan) != EntryOf(*end_, kScanHashKey)) {
+  if (end_->levels > next_sequence_) {
+    Note("the scan ended after " + std::to_string(end_->levels) + " levels, the last one found is number " +
+         std::to_string(next_sequence_));
+    report.levels_lost += end_->levels - next_sequence_;
+  } else if (report.levels_lost == 0 && ScanHash(recording_.scan) != end_->scan_hash) {
     Note("the hash of the scan differs from the one written at its end");
   }
 }

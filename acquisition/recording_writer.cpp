@@ -76,8 +76,9 @@ Result<RecordingWriter> RecordingWriter::Create(Storage& storage, const std::str
                                              .hasher = ScanHasher(header),
                                              .sensor_count = header.calibration.sensors.size()});
   RecordingWriter writer(std::move(state));
-  if (const Status started = writer.Start(header); !started) {
+  if (Status started = writer.Start(header); !started) {
     writer.Discard();
+    started.error().attempted = "write " + path;
     return Fail(started);
   }
   return writer;
@@ -115,8 +116,10 @@ Status RecordingWriter::AppendAxis(std::chrono::nanoseconds time, double z_mm) {
 }
 
 Status RecordingWriter::Finish() {
-  const std::map<std::string, std::string> end{{kLevelCountKey, std::to_string(state_->levels)},
-                                               {kScanHashKey, state_->hasher.Finish()}};
+  const std::string levels = std::to_string(state_->levels);
+  const std::string scan_hash = state_->hasher.Finish();
+  const std::map<std::string, std::string> end{
+      {kLevelCountKey, levels}, {kScanHashKey, scan_hash}, {kSha256Key, Sha256OfText(levels + scan_hash)}};
   RETURN_IF_ERROR(state_->mcap.WriteMetadata({std::string(kEndRecordName), end}));
   RETURN_IF_ERROR(state_->mcap.Finish());
   return state_->storage->Rename(state_->temporary, state_->path);

@@ -25,7 +25,7 @@ enum class StorageFault {
 /// files.
 class TestStorage final : public Storage {
  public:
-  std::map<std::string, std::vector<std::byte>> files;  ///< Content by path.
+  std::map<std::string, std::vector<std::byte>> files;                    ///< Content by path.
   std::uint64_t quota_bytes = std::numeric_limits<std::uint64_t>::max();  ///< Sum of all files; beyond: disk full.
 
   /// The `n`-th call from now on (1 = the next) fails with `fault`; those after it work.

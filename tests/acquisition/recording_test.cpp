@@ -1,0 +1,316 @@
+#include "acquisition/recording.h"
+
+#include <gtest/gtest.h>
+
+#include "scan_fixture.h"
+#include "tests/support/test_storage.h"
+
+namespace annulus {
+namespace {
+
+using test::MakeScan;
+using test::SameLevel;
+using test::SameScan;
+using test::StorageFault;
+using test::TestStorage;
+
+constexpr char kPath[] = "scan.mcap";
+
+std::vector<std::byte> BytesOf(const Scan& scan) {
+  TestStorage storage;
+  EXPECT_TRUE(WriteRecording(storage, kPath, scan));
+  return storage.files[kPath];
+}
+
+/// True if the levels of `part` are some of those of `whole`, in their order.
+bool IsSubsequence(const std::vector<ScanLevel>& part, const std::vector<ScanLevel>& whole) {
+  std::size_t next = 0;
+  for (const ScanLevel& level : part) {
+    while (next < whole.size() && !SameLevel(whole[next], level)) ++next;
+    if (next == whole.size()) return false;
+    ++next;
+  }
+  return true;
+}
+
+TEST(Recording, GivesBackEveryBitOfAScan) {
+  Scan scan = MakeScan(6, 9);
+  auto& readings = scan.levels[1].readings;
+  readings[0].range_mm = 5e-324;
+  readings[1].range_mm = 1.7976931348623157e308;
+  readings[2].range_mm = -0.0;
+  readings[3].range_mm = 12345678901234567168.0;
+  readings[4].range_mm = 0.1 + 0.2;
+  readings[5].z_mm = -0.0;
+  readings[6].z_mm = -1e-7;
+  scan.levels[3].time = std::chrono::nanoseconds(std::numeric_limits<std::int64_t>::max());
+  scan.levels[4].time = std::chrono::nanoseconds(-5);
+  scan.levels[5].index = std::numeric_limits<std::uint32_t>::max();
+  scan.levels[5].sweep = 65'535;
+  TestStorage storage;
+  ASSERT_TRUE(WriteRecording(storage, kPath, scan));
+  const auto read = ReadWholeRecording(storage, kPath);
+  ASSERT_TRUE(read) << read.error().Text();
+  EXPECT_TRUE(read->report.clean());
+  EXPECT_TRUE(SameScan(read->scan, scan));
+  EXPECT_EQ(ScanHash(read->scan), ScanHash(scan));
+}
+
+TEST(Recording, OfTheSameScanHasTheSameBytes) { EXPECT_EQ(BytesOf(MakeScan(5, 8)), BytesOf(MakeScan(5, 8))); }
+
+TEST(Recording, KeepsAxisTrackAndEventsInTheirOrder) {
+  TestStorage storage;
+  const Scan scan = MakeScan(2, 3);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+  ASSERT_TRUE(writer);
+  using std::chrono::nanoseconds;
+  ASSERT_TRUE(writer->AppendEvent(nanoseconds(1), "sweep 0 begins: \"down\"\n"));
+  ASSERT_TRUE(writer->AppendAxis(nanoseconds(2), 1800.25));
+  ASSERT_TRUE(writer->AppendLevel(scan.levels[0]));
+  ASSERT_TRUE(writer->AppendAxis(nanoseconds(3), 0.1));
+  ASSERT_TRUE(writer->AppendLevel(scan.levels[1]));
+  ASSERT_TRUE(writer->AppendEvent(nanoseconds(4), "done"));
+  ASSERT_TRUE(writer->Finish());
+  const auto read = ReadWholeRecording(storage, kPath);
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->report.clean());
+  EXPECT_EQ(read->axis, (std::vector<AxisPoint>{{nanoseconds(2), 1800.25}, {nanoseconds(3), 0.1}}));
+  EXPECT_EQ(read->events,
+            (std::vector<RecordedEvent>{{nanoseconds(1), "sweep 0 begins: \"down\"\n"}, {nanoseconds(4), "done"}}));
+}
+
+TEST(Recording, HasItsNameOnlyWhenItIsFinished) {
+  TestStorage storage;
+  const Scan scan = MakeScan(3, 4);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+  ASSERT_TRUE(writer);
+  for (const ScanLevel& level : scan.levels) ASSERT_TRUE(writer->AppendLevel(level));
+  const std::string temporary = writer->temporary_path();
+  EXPECT_FALSE(storage.Exists(kPath));
+  const auto unfinished = ReadWholeRecording(storage, temporary);
+  ASSERT_TRUE(unfinished) << unfinished.error().Text();
+  EXPECT_TRUE(SameScan(unfinished->scan, scan));
+  EXPECT_FALSE(unfinished->report.finished);
+  EXPECT_FALSE(unfinished->report.clean());
+  ASSERT_TRUE(writer->Finish());
+  EXPECT_TRUE(storage.Exists(kPath));
+  EXPECT_FALSE(storage.Exists(temporary));
+}
+
+TEST(Recording, IsLeftReadableWhenItsWriterGoesAway) {
+  TestStorage storage;
+  const Scan scan = MakeScan(2, 4);
+  std::string temporary;
+  {
+    auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+    ASSERT_TRUE(writer);
+    temporary = writer->temporary_path();
+    ASSERT_TRUE(writer->AppendLevel(scan.levels[0]));
+  }
+  const auto read = ReadRecording(storage, temporary);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->levels.size(), 1U);
+}
+
+TEST(Recording, TakesOneWritePerLevel) {
+  TestStorage storage;
+  const Scan scan = MakeScan(3, 4);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header, {.reserve_bytes = 0, .sync_every_levels = 0});
+  ASSERT_TRUE(writer);
+  for (const ScanLevel& level : scan.levels) {
+    const std::uint64_t before = storage.calls();
+    ASSERT_TRUE(writer->AppendLevel(level));
+    EXPECT_EQ(storage.calls(), before + 1);
+  }
+}
+
+TEST(Recording, CutAtAnyByteGivesThePrefixThatIsWhole) {
+  const Scan scan = MakeScan(8, 5);
+  TestStorage storage;
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+  ASSERT_TRUE(writer);
+  std::vector<std::size_t> ends;  // of the file after each level, as the storage saw it
+  for (const ScanLevel& level : scan.levels) {
+    ASSERT_TRUE(writer->AppendLevel(level));
+    ends.push_back(storage.files[writer->temporary_path()].size());
+  }
+  ASSERT_TRUE(writer->Finish());
+  const std::vector<std::byte> whole = storage.files[kPath];
+  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+    const auto read = ParseRecording(std::span(whole).first(cut), "cut");
+    const auto whole_writes =
+        static_cast<std::size_t>(std::count_if(ends.begin(), ends.end(), [&](std::size_t end) { return end <= cut; }));
+    const std::size_t levels = read ? read->scan.levels.size() : 0;
+    // The Message Index after a chunk is no part of the level: the level may be there one cut earlier.
+    ASSERT_GE(levels, whole_writes) << "cut at " << cut;
+    ASSERT_LE(levels, whole_writes + 1) << "cut at " << cut;
+    if (!read) continue;
+    for (std::size_t i = 0; i < levels; ++i) ASSERT_TRUE(SameLevel(read->scan.levels[i], scan.levels[i]));
+    ASSERT_FALSE(read->report.clean()) << "cut at " << cut;
+  }
+}
+
+TEST(Recording, WithAnyOneBitFlippedLosesAtMostOneLevelAndSaysSo) {
+  const Scan scan = MakeScan(5, 4);
+  std::vector<std::byte> bytes = BytesOf(scan);
+  std::size_t refused = 0;
+  std::size_t with_loss = 0;
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    const auto mask = static_cast<std::byte>(1U << (bit % 8));
+    bytes[bit / 8] ^= mask;
+    const auto read = ParseRecording(bytes, "flipped");
+    bytes[bit / 8] ^= mask;
+    if (!read) {
+      ++refused;
+      ASSERT_EQ(bit / 8, 5U) << read.error().Text();  // the byte that says the version of MCAP
+      continue;
+    }
+    ASSERT_FALSE(read->report.clean()) << "bit " << bit;
+    ASSERT_TRUE(IsSubsequence(read->scan.levels, scan.levels)) << "bit " << bit;
+    ASSERT_GE(read->scan.levels.size() + 1, scan.levels.size()) << "bit " << bit;
+    ASSERT_EQ(read->scan.levels.size() + read->report.levels_lost, scan.levels.size()) << "bit " << bit;
+    ASSERT_TRUE(test::SameHeader(read->scan.header, scan.header)) << "bit " << bit;
+    if (read->report.levels_lost > 0) ++with_loss;
+  }
+  EXPECT_EQ(refused, 8U);
+  EXPECT_GT(with_loss, 0U);
+}
+
+TEST(Recording, SurvivesAHoleOfZerosInTheMiddle) {
+  const Scan scan = MakeScan(20, 5);
+  std::vector<std::byte> bytes = BytesOf(scan);
+  const std::size_t middle = bytes.size() / 2;
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(middle), 512, std::byte{0});
+  const auto read = ParseRecording(bytes, "hole");
+  ASSERT_TRUE(read) << read.error().Text();
+  EXPECT_TRUE(IsSubsequence(read->scan.levels, scan.levels));
+  EXPECT_GE(read->scan.levels.size(), 15U);
+  EXPECT_EQ(read->scan.levels.size() + read->report.levels_lost, 20U);
+}
+
+TEST(WriteRecording, LeavesNothingBehindWhicheverCallFails) {
+  const Scan scan = MakeScan(4, 3);
+  for (const StorageFault fault : {StorageFault::kIoError, StorageFault::kShortWrite}) {
+    for (std::uint64_t n = 1;; ++n) {
+      TestStorage storage;
+      storage.files[kPath] = {std::byte{'o'}, std::byte{'l'}, std::byte{'d'}};
+      storage.FailCall(n, fault);
+      const Status status = WriteRecording(storage, kPath, scan);
+      if (!storage.fault_hit()) {
+        EXPECT_TRUE(status);
+        EXPECT_GT(n, 8U);  // create, header, sync, 4 levels, end, …
+        break;
+      }
+      ASSERT_FALSE(status) << "call " << n;
+      ASSERT_EQ(storage.files.size(), 1U) << "call " << n;
+      ASSERT_EQ(storage.files[kPath].size(), 3U) << "call " << n;
+    }
+  }
+}
+
+TEST(WriteRecording, OnAFullDiskLeavesNothingAndNamesTheFile) {
+  TestStorage storage;
+  storage.quota_bytes = 4000;
+  const Status status = WriteRecording(storage, kPath, MakeScan(50, 20));
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().Text(),
+            "write scan.mcap: No space left on device: free space on this disk or choose another");
+  EXPECT_TRUE(storage.files.empty());
+}
+
+TEST(RecordingWriter, KeepsEveryAcknowledgedLevelWhicheverCallFails) {
+  const Scan scan = MakeScan(10, 3);
+  for (const StorageFault fault : {StorageFault::kIoError, StorageFault::kShortWrite}) {
+    for (std::uint64_t n = 1;; ++n) {
+      TestStorage storage;
+      storage.FailCall(n, fault);
+      auto writer =
+          RecordingWriter::Create(storage, kPath, scan.header, {.reserve_bytes = 100, .sync_every_levels = 2});
+      if (!writer) {
+        ASSERT_TRUE(storage.files.empty()) << "call " << n;
+        continue;
+      }
+      std::size_t acknowledged = 0;
+      Status status;
+      while (status && acknowledged < scan.levels.size()) {
+        status = writer->AppendLevel(scan.levels[acknowledged]);
+        if (status) ++acknowledged;
+      }
+      if (status) status = writer->Finish();
+      if (!storage.fault_hit()) {
+        EXPECT_TRUE(status);
+        break;
+      }
+      ASSERT_FALSE(status) << "call " << n;
+      ASSERT_FALSE(storage.Exists(kPath));
+      const auto read = ReadWholeRecording(storage, writer->temporary_path());
+      if (acknowledged == 0 && !read) continue;
+      ASSERT_TRUE(read) << "call " << n << ": " << read.error().Text();
+      ASSERT_GE(read->scan.levels.size(), acknowledged) << "call " << n;
+      ASSERT_TRUE(IsSubsequence(read->scan.levels, scan.levels));
+    }
+  }
+}
+
+TEST(RecordingWriter, RepeatsItsFirstFailure) {
+  TestStorage storage;
+  const Scan scan = MakeScan(3, 3);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header, {.reserve_bytes = 0, .sync_every_levels = 1});
+  ASSERT_TRUE(writer);
+  storage.FailCall(2, StorageFault::kIoError);  // the sync after the first level
+  EXPECT_FALSE(writer->AppendLevel(scan.levels[0]));
+  const Status second = writer->AppendLevel(scan.levels[1]);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().seen, "Input/output error");
+  EXPECT_FALSE(writer->Finish());
+}
+
+TEST(RecordingWriter, RefusesAHeaderThatCannotBe) {
+  TestStorage storage;
+  ScanHeader header = MakeScan(1, 3).header;
+  header.calibration.sensors[2].aim_lateral = std::numeric_limits<double>::quiet_NaN();
+  const auto writer = RecordingWriter::Create(storage, kPath, header);
+  ASSERT_FALSE(writer);
+  EXPECT_NE(writer.error().Text().find("aim_lateral_rad"), std::string::npos);
+  EXPECT_TRUE(storage.files.empty());
+}
+
+TEST(ReadRecording, SaysWhatAForeignFileBeginsWith) {
+  TestStorage storage;
+  const std::string zip = "PK\x03\x04 and so on";
+  const auto bytes = std::as_bytes(std::span(zip));
+  storage.files["x.zip"] = {bytes.begin(), bytes.end()};
+  const auto read = ReadRecording(storage, "x.zip");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().Text(),
+            "read x.zip: its first bytes are 50 4b 03 04 20 61 6e 64, not those of an MCAP file: "
+            "give a recording that this program wrote");
+}
+
+TEST(ReadRecording, RefusesAnEmptyFile) {
+  const auto read = ParseRecording({}, "empty");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().seen, "it is empty");
+}
+
+TEST(ReadRecording, RefusesAScanWithoutALevel) {
+  Scan scan = MakeScan(1, 3);
+  scan.levels.clear();
+  const auto read = ParseRecording(BytesOf(scan), "no level");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().seen, "it holds no readable level");
+}
+
+TEST(ScanHash, TellsScansApartAndForgetsWhoWasScanned) {
+  Scan scan = MakeScan(3, 4);
+  const std::string hash = ScanHash(scan);
+  EXPECT_EQ(hash.size(), std::string("sha256:").size() + 64);
+  scan.header.subject_id = "another";
+  scan.header.wall_start_ns = 0;
+  EXPECT_EQ(ScanHash(scan), hash);
+  scan.levels[2].readings[3].range_mm = std::nextafter(scan.levels[2].readings[3].range_mm, 0.0);
+  EXPECT_NE(ScanHash(scan), hash);
+}
+
+}  // namespace
+}  // namespace annulus

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+#include "acquisition/scan.h"
+
+namespace annulus::test {
+
+/// A scan of `levels` x `sensors` in which every field of the header and of the calibration has a value that text could
+/// spoil: many digits, quotes, non-ASCII, largest integers. Every 7th reading is missing.
+inline Scan MakeScan(std::uint32_t levels, std::size_t sensors) {
+  std::mt19937_64 random(20240607);
+  auto number = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random() >> 11U) * 0x1.0p-53);
+  };
+  Scan scan;
+  ScanHeader& header = scan.header;
+  header.station_id = "sim";
+  header.source = "a \"quoted\", line\nand Zürich; R_mm=1";
+  header.subject_id = "s-17";
+  header.consent_reference = "c/2024";
+  header.program_version = "0.1.0";
+  header.ring_radius_mm = 600.1;
+  header.profile = "body";
+  header.plan_json = R"({"pitch_mm":5})";
+  header.seed = std::numeric_limits<std::uint64_t>::max();
+  header.wall_start_ns = 946'684'800'000'000'001;
+  header.calibration = RingCalibration::Ideal(600.1, sensors);
+  header.calibration.ring_serial = "R-0042";
+  for (SensorCalibration& sensor : header.calibration.sensors) {
+    sensor.radius_mm += number(-0.5, 0.5);
+    sensor.range_offset_mm = number(-0.5, 0.5);
+    sensor.range_scale = number(0.999, 1.001);
+    sensor.aim_lateral = number(-0.005, 0.005);
+    sensor.aim_vertical = number(-0.005, 0.005);
+    sensor.height_mm = number(-1.0, 1.0);
+  }
+  for (std::uint32_t index = 0; index < levels; ++index) {
+    ScanLevel level{index, 0, std::chrono::nanoseconds(1'000'000'007LL + 33'333'333LL * index), {}};
+    for (std::size_t sensor = 0; sensor < sensors; ++sensor) {
+      RangeReading reading{number(300.0, 500.0), 1800.0 - 5.0 * index + number(0.0, 0.1), 200};
+      if ((index * sensors + sensor) % 7 == 6) reading = {std::numeric_limits<double>::quiet_NaN(), reading.z_mm, 0};
+      level.readings.push_back(reading);
+    }
+    scan.levels.push_back(level);
+  }
+  return scan;
+}
+
+/// Equal to the last bit; missing returns are equal to each other.
+inline bool SameReading(const RangeReading& a, const RangeReading& b) {
+  const bool same_range = std::isnan(a.range_mm)
+                              ? std::isnan(b.range_mm)
+                              : std::bit_cast<std::uint64_t>(a.range_mm) == std::bit_cast<std::uint64_t>(b.range_mm);
+  return same_range && std::bit_cast<std::uint64_t>(a.z_mm) == std::bit_cast<std::uint64_t>(b.z_mm) &&
+         a.quality == b.quality;
+}
+
+inline bool SameLevel(const ScanLevel& a, const ScanLevel& b) {
+  if (a.index != b.index || a.sweep != b.sweep || a.time != b.time || a.readings.size() != b.readings.size()) {
+    return false;
+  }
+  for (std::size_t i = 0; i < a.readings.size(); ++i) {
+    if (!SameReading(a.readings[i], b.readings[i])) return false;
+  }
+  return true;
+}
+
+inline bool SameSensor(const SensorCalibration& a, const SensorCalibration& b) {
+  return a.theta == b.theta && a.radius_mm == b.radius_mm && a.range_offset_mm == b.range_offset_mm &&
+         a.range_scale == b.range_scale && a.aim_lateral == b.aim_lateral && a.aim_vertical == b.aim_vertical &&
+         a.height_mm == b.height_mm;
+}
+
+inline bool SameHeader(const ScanHeader& a, const ScanHeader& b) {
+  const auto& sensors_a = a.calibration.sensors;
+  const auto& sensors_b = b.calibration.sensors;
+  if (sensors_a.size() != sensors_b.size()) return false;
+  for (std::size_t i = 0; i < sensors_a.size(); ++i) {
+    if (!SameSensor(sensors_a[i], sensors_b[i])) return false;
+  }
+  return a.format_version == b.format_version && a.station_id == b.station_id && a.source == b.source &&
+         a.subject_id == b.subject_id && a.consent_reference == b.consent_reference &&
+         a.program_version == b.program_version && a.ring_radius_mm == b.ring_radius_mm &&
+         a.calibration.ring_serial == b.calibration.ring_serial && a.profile == b.profile &&
+         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns;
+}
+
+inline bool SameLevels(const Scan& a, const Scan& b) {
+  if (a.levels.size() != b.levels.size()) return false;
+  for (std::size_t i = 0; i < a.levels.size(); ++i) {
+    if (!SameLevel(a.levels[i], b.levels[i])) return false;
+  }
+  return true;
+}
+
+inline bool SameScan(const Scan& a, const Scan& b) { return SameHeader(a.header, b.header) && SameLevels(a, b); }
+
+}  // namespace annulus::test
