@@ -16,6 +16,7 @@ import ring_data
 from annulus_cli import ProgramTest
 
 CORE_RMS_LIMIT_MM = {"head_leeperrysmith": 1.0}
+UNKNOWN_LIMIT = 0.01  # Share of the core; a hand between ring and torso may leave a cell without an answer.
 TAPE_LIMIT_MM = 2.0
 SLAB_LIMIT = 0.01
 
@@ -43,10 +44,12 @@ class RealData(ProgramTest):
         self.succeeds("eval", "model.json", "--points", "grid.csv", "--out", "fitted.csv")
         with open(self.path("fitted.csv"), encoding="utf-8") as f:
             fitted = np.array([float(row["r_mm"] or "nan") for row in csv.DictReader(f)]).reshape(clean.radius_mm.shape)
+        unknown = float(np.mean(np.isnan(fitted[clean.core_levels()])))
         core, flat = ring_data.core_and_flat_rms(fitted - clean.radius_mm, clean)
-        print(f"  core RMS {core:.3f} mm, flat RMS {flat:.3f} mm")
-        self.assertTrue(np.isfinite(core), "a cell of the core is unknown to the model")
+        print(f"  core RMS {core:.3f} mm, flat RMS {flat:.3f} mm, {100 * unknown:.2f} % of the core unknown")
+        self.assertLessEqual(unknown, UNKNOWN_LIMIT)
         if name in CORE_RMS_LIMIT_MM:
+            self.assertEqual(unknown, 0.0)
             self.assertLessEqual(core, CORE_RMS_LIMIT_MM[name])
 
     def check_sections(self, clean, truth):
@@ -59,9 +62,11 @@ class RealData(ProgramTest):
                 area.append(report["area_mm2"] / section["visible_area_mm2"] - 1)
         self.assertTrue(tape, "no section counts")
         worst, z = max(tape, key=lambda t: abs(t[0]))
-        print(f"  tape on {len(tape)} levels: RMS {np.sqrt(np.mean([t[0]**2 for t in tape])):.2f} mm, worst {worst:+.2f} mm at z {z:g}")
+        rms = np.sqrt(np.mean([error**2 for error, _ in tape]))
+        print(f"  tape on {len(tape)} levels: RMS {rms:.2f} mm, worst {worst:+.2f} mm at z {z:g}")
         if perimeter:
-            print(f"  perimeter on {len(perimeter)} levels: worst {max(perimeter, key=abs):+.2f} mm, area worst {100 * max(area, key=abs):+.2f} %")
+            print(f"  perimeter on {len(perimeter)} levels: worst {max(perimeter, key=abs):+.2f} mm; "
+                  f"area: worst {100 * max(area, key=abs):+.2f} %")
         late = [f"{error:+.2f} mm at z {z:g}" for error, z in tape if abs(error) > TAPE_LIMIT_MM]
         self.assertEqual(late, [], "tape beyond 2 mm")
 

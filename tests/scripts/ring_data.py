@@ -96,7 +96,7 @@ def counted_sections(clean, truth):
 
 
 def core_and_flat_rms(error, clean):
-    """RMS, mm, of `error` [level, sensor] over the core cells and over the flat ones among them."""
+    """RMS, mm, of `error` [level, sensor] over the core cells and over the flat ones among them; NaN cells left out."""
     levels = clean.core_levels()
     core, flat = error[levels], clean.flat()[levels]
-    return float(np.sqrt(np.mean(core**2))), float(np.sqrt(np.mean(core[flat] ** 2)))
+    return float(np.sqrt(np.nanmean(core**2))), float(np.sqrt(np.nanmean(core[flat] ** 2)))
