@@ -65,7 +65,7 @@ LinearRgb MatteLight(const Eigen::Vector3f& normal) {
 
 /// Light scattered under the skin reaches past the terminator, red the furthest.
 LinearRgb SkinLight(const Eigen::Vector3f& normal) {
-  static const Eigen::Array3f kReach(0.34F, 0.18F, 0.12F);
+  static const Eigen::Array3f kReach(0.26F, 0.14F, 0.09F);
   LinearRgb sum = StudioAmbient(normal);
   for (const DirectionalLight& light : StudioLights()) {
     const Eigen::Array3f wrapped = ((normal.dot(light.direction) + kReach) / (1.0F + kReach)).max(0.0F);
@@ -95,6 +95,15 @@ LinearRgb ShadeMetal(const Material& material, const ShadingPoint& point) {
   return reflectance.cwiseProduct(seen);
 }
 
+/// Relative luminance of the sRGB primaries (IEC 61966-2-1).
+double LuminanceOf(const Eigen::Array3d& rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
+
+/// A dye passes something and stops something in every channel.
+constexpr double kDeepestTint = 0.02;
+constexpr double kPalestTint = 0.97;
+/// Beyond it every dye is black: 0.97^4096 < 1e-54.
+constexpr double kThickestDye = 4096.0;
+
 /// Leaves the lower three quarters alone and bends the rest smoothly below 1, as film does.
 float SoftLimit(float value) {
   constexpr float kKnee = 0.75F;
@@ -123,7 +132,7 @@ Material MetalMaterial(const LinearRgb& colour) {
 Material SkinMaterial() {
   Material material;
   material.finish = Finish::kSkin;
-  material.colour = LinearFromHex(0xdcb096);
+  material.colour = LinearFromHex(0xdfb8a0);
   material.roughness = 0.48F;
   return material;
 }
@@ -131,17 +140,25 @@ Material SkinMaterial() {
 Material NeutralBodyMaterial() {
   Material material;
   material.finish = Finish::kSkin;
-  material.colour = LinearFromHex(0xc3beb8);
+  material.colour = LinearFromHex(0xcfcac4);
   material.roughness = 0.55F;
   return material;
 }
 
 Material LensMaterial(const LinearRgb& tint, double transmittance) {
-  const float brightest = tint.maxCoeff();
-  const LinearRgb hue = brightest > 0.0F ? LinearRgb(tint / brightest) : LinearRgb(LinearRgb::Ones());
+  const Eigen::Array3d pass = tint.cast<double>().array().max(kDeepestTint).min(kPalestTint);
+  const double wanted = std::clamp(transmittance, 0.0, 1.0);
+  // Thickness at which the dye passes the wanted share of the light; the share falls as the thickness grows.
+  double thin = 0.0;
+  double thick = 1.0;
+  while (LuminanceOf(pass.pow(thick)) > wanted && thick < kThickestDye) thick *= 2.0;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (thin + thick);
+    (LuminanceOf(pass.pow(middle)) > wanted ? thin : thick) = middle;
+  }
   Material material;
   material.finish = Finish::kLens;
-  material.transmittance = static_cast<float>(std::clamp(transmittance, 0.0, 1.0)) * hue.cwiseMax(0.0F);
+  material.transmittance = pass.pow(0.5 * (thin + thick)).cast<float>().matrix();
   return material;
 }
 

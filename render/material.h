@@ -27,8 +27,8 @@ struct Material {
 [[nodiscard]] Material SkinMaterial();
 /// A neutral, warm-grey body.
 [[nodiscard]] Material NeutralBodyMaterial();
-/// A lens whose clear part passes `transmittance` (0 … 1) of the light, coloured like `tint` (its brightest channel
-/// passes `transmittance`; a black tint is treated as grey).
+/// A lens dyed with `tint` so deeply that it passes `transmittance` (0 … 1, luminous) of white light. The dye follows
+/// Beer's law: a pale lens is hardly coloured, a dark one strongly. White, grey and black tints give a grey lens.
 [[nodiscard]] Material LensMaterial(const LinearRgb& tint, double transmittance);
 
 /// A point to be shaded. Camera frame of camera.h with z turned towards the eye: x right, y up, z to the viewer.

@@ -37,16 +37,16 @@ float SoftSlab(float position, float half, float blur) {
 
 const std::array<DirectionalLight, 3>& StudioLights() {
   static const std::array<DirectionalLight, 3> kLights = {{
-      {Eigen::Vector3f(-0.58F, 0.52F, 0.63F).normalized(), LinearRgb(0.88F, 0.83F, 0.76F)},
-      {Eigen::Vector3f(0.80F, 0.12F, 0.55F).normalized(), LinearRgb(0.20F, 0.22F, 0.26F)},
-      {Eigen::Vector3f(0.62F, 0.42F, -0.66F).normalized(), LinearRgb(0.50F, 0.53F, 0.58F)},
+      {Eigen::Vector3f(-0.66F, 0.52F, 0.54F).normalized(), LinearRgb(1.06F, 1.01F, 0.94F)},
+      {Eigen::Vector3f(0.80F, 0.12F, 0.55F).normalized(), LinearRgb(0.15F, 0.165F, 0.19F)},
+      {Eigen::Vector3f(0.62F, 0.42F, -0.66F).normalized(), LinearRgb(0.42F, 0.45F, 0.50F)},
   }};
   return kLights;
 }
 
 LinearRgb StudioAmbient(const Eigen::Vector3f& normal) {
-  static const LinearRgb kCeiling(0.26F, 0.27F, 0.29F);
-  static const LinearRgb kFloor(0.10F, 0.09F, 0.085F);
+  static const LinearRgb kCeiling(0.24F, 0.25F, 0.265F);
+  static const LinearRgb kFloor(0.065F, 0.06F, 0.056F);
   const float up = 0.5F + 0.5F * normal.y();
   return kFloor + up * (kCeiling - kFloor);
 }

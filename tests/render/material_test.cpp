@@ -50,13 +50,24 @@ TEST(Material, LensMirrorsALampOnlyInItsDirection) {
   EXPECT_NEAR(highlight[0] / lamp, 2.0 * single / (1.0 + single), 1e-5);
 }
 
-TEST(Material, LensTintKeepsItsHueAndTransmittance) {
-  const Material blue = LensMaterial(LinearRgb(0.1F, 0.2F, 0.4F), 0.8);
-  EXPECT_FLOAT_EQ(blue.transmittance[0], 0.2F);
-  EXPECT_FLOAT_EQ(blue.transmittance[1], 0.4F);
-  EXPECT_FLOAT_EQ(blue.transmittance[2], 0.8F);
-  EXPECT_EQ(LensMaterial(LinearRgb::Zero(), 0.5).transmittance, LinearRgb(0.5F, 0.5F, 0.5F));
-  EXPECT_EQ(LensMaterial(LinearRgb::Ones(), 7.0).transmittance, LinearRgb(1.0F, 1.0F, 1.0F));
+TEST(Material, LensPassesTheLuminanceAskedForByBeersLaw) {
+  const LinearRgb dye(0.3F, 0.5F, 0.8F);
+  for (const double wanted : {0.9, 0.5, 0.1, 0.01}) {
+    const LinearRgb pass = LensMaterial(dye, wanted).transmittance;
+    EXPECT_NEAR(0.2126 * pass[0] + 0.7152 * pass[1] + 0.0722 * pass[2], wanted, 1e-6);
+    // Beer: logarithms of the channels keep their ratio.
+    EXPECT_NEAR(std::log(pass[0]) / std::log(pass[1]), std::log(0.3) / std::log(0.5), 1e-4);
+    EXPECT_NEAR(std::log(pass[2]) / std::log(pass[1]), std::log(0.8) / std::log(0.5), 1e-4);
+  }
+  for (const LinearRgb& grey : {LinearRgb(0, 0, 0), LinearRgb(0.4F, 0.4F, 0.4F), LinearRgb(1, 1, 1)}) {
+    const LinearRgb pass = LensMaterial(grey, 0.5).transmittance;
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(pass[k], 0.5, 1e-6);
+  }
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(LensMaterial(dye, 1.0).transmittance[k], 1.0, 1e-6);
+    EXPECT_NEAR(LensMaterial(dye, 7.0).transmittance[k], 1.0, 1e-6);
+    EXPECT_NEAR(LensMaterial(dye, 0.0).transmittance[k], 0.0, 1e-6);
+  }
 }
 
 TEST(Material, ALensHasNoColourOfItsOwn) {

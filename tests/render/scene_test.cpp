@@ -43,7 +43,7 @@ TEST(Render, EmptySceneIsTheBackdrop) {
 TEST(Render, LensPassesExactlyItsTransmittancePerLayer) {
   // Facing the camera, a lens mirrors the camera, not a lamp: no highlight. 0.5 and 0.25 are exact in binary.
   Scene scene;
-  Material lens = LensMaterial(LinearRgb(1.0F, 0.5F, 0.25F), 0.5);
+  const Material lens = ExactLens({0.5F, 0.25F, 0.125F});
   scene.items.push_back(Item(QuadMesh({-10, 0, -10}, {20, 0, 0}, {0, 0, 20}), lens));
   const auto once = Render(scene, FrontCamera(100.0, 10), PlainOptions(10, 10), {});
   ASSERT_TRUE(once.has_value());
@@ -58,7 +58,7 @@ TEST(Render, LensDarkensTheSurfaceBehindAndNotTheOneInFront) {
   Scene scene;
   scene.items.push_back(Item(QuadMesh({-10, 0, -10}, {20, 0, 0}, {0, 0, 20}), NeutralBodyMaterial()));
   const auto bare = Render(scene, FrontCamera(100.0, 8), PlainOptions(8, 8), {});
-  scene.items.push_back(Item(QuadMesh({-10, 5, -10}, {20, 0, 0}, {0, 0, 20}), LensMaterial(LinearRgb::Ones(), 0.5)));
+  scene.items.push_back(Item(QuadMesh({-10, 5, -10}, {20, 0, 0}, {0, 0, 20}), ExactLens({0.5F, 0.5F, 0.5F})));
   const auto behind = Render(scene, FrontCamera(100.0, 8), PlainOptions(8, 8), {});
   scene.items.back().mesh = QuadMesh({-10, -5, -10}, {20, 0, 0}, {0, 0, 20});
   const auto in_front = Render(scene, FrontCamera(100.0, 8), PlainOptions(8, 8), {});
@@ -73,7 +73,7 @@ TEST(Render, EdgesAreFilteredInLinearLight) {
   // An opaque black filter covers columns x < 4.25 pixels of the picture: a quarter of pixel 4.
   // The picture's right is the subject's -x, so it spans station x from 0.75 - 1.0 ... the left edge.
   Scene scene;
-  scene.items.push_back(Item(QuadMesh({0.75, 0, -10}, {50, 0, 0}, {0, 0, 20}), LensMaterial(LinearRgb::Ones(), 0.0)));
+  scene.items.push_back(Item(QuadMesh({0.75, 0, -10}, {50, 0, 0}, {0, 0, 20}), ExactLens({0.0F, 0.0F, 0.0F})));
   RenderOptions options = PlainOptions(10, 10);
   options.supersampling = 4;
   const auto image = Render(scene, FrontCamera(100.0, 10), options, {});

@@ -39,6 +39,14 @@ inline TriangleMesh QuadMesh(const Eigen::Vector3d& corner, const Eigen::Vector3
 
 inline SceneItem Item(TriangleMesh mesh, const Material& material) { return {std::move(mesh), material, "thing", {}}; }
 
+/// A lens with exactly this transmittance.
+inline Material ExactLens(const LinearRgb& transmittance) {
+  Material material;
+  material.finish = Finish::kLens;
+  material.transmittance = transmittance;
+  return material;
+}
+
 /// An orthographic camera at y = +`distance` looking along -y at the origin, 1 mm per pixel for a picture of `height`.
 inline Camera FrontCamera(double distance, int height) {
   Camera camera;
