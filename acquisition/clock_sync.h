@@ -10,7 +10,7 @@
 namespace annulus {
 
 struct ClockSyncOptions {
-  std::size_t window = 64;         ///< Exchanges kept.
+  std::size_t window = 128;        ///< Exchanges kept.
   double drift_sigma_ppm = 100.0;  ///< What crystals are expected to be off by; keeps short windows from guessing.
   double floor_sigma_us = 5.0;     ///< Scatter of the fastest exchanges.
   double max_jump_us = 20'000.0;   ///< A device clock further than this from its own history has jumped.
@@ -34,20 +34,22 @@ class ClockSync {
   [[nodiscard]] bool ready() const { return !exchanges_.empty(); }
   /// The host's time of a device time. Requires ready().
   [[nodiscard]] std::chrono::nanoseconds HostTime(std::chrono::nanoseconds device_time) const;
+  /// The device's time of a host time: the inverse of HostTime. Requires ready().
+  [[nodiscard]] std::chrono::nanoseconds DeviceTime(std::chrono::nanoseconds host_time) const;
   /// The device's rate less the host's, parts per million of the host's; positive: the device runs fast.
   [[nodiscard]] double drift_ppm() const { return -drift_ * 1e6; }
   /// Half of the fastest round trip in the window, us: the bound that needs no assumption on the link's symmetry.
   [[nodiscard]] double bound_us() const;
 
  private:
+  [[nodiscard]] std::chrono::nanoseconds HalfRoundTrip() const;
   void Fit();
 
   ClockSyncOptions options_;
   std::deque<ClockExchange> exchanges_;
-  std::chrono::nanoseconds reference_device_{0};
-  double offset_ns_ = 0.0;  ///< host - device at the reference, relative to reference_offset_.
-  double drift_ = 0.0;      ///< d(host - device) / d(device).
-  std::chrono::nanoseconds reference_offset_{0};
+  ClockExchange reference_;                          ///< The latest exchange.
+  std::chrono::nanoseconds offset_at_reference_{0};  ///< host - device.
+  double drift_ = 0.0;                               ///< d(host - device) / d(device).
 };
 
 }  // namespace annulus

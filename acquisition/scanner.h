@@ -15,20 +15,14 @@
 
 namespace annulus {
 
-/// One confirmed position of the carriage on the host's clock.
-struct AxisSample {
-  std::chrono::nanoseconds time{0};
-  double z_mm = 0.0;
-};
-
 /// Where a running scan puts what it takes. A failure stops the scan.
 class LevelSink {
  public:
   virtual ~LevelSink() = default;
   /// Levels in the order they were taken; called once per level.
   virtual Status AppendLevel(const ScanLevel& level) = 0;
-  /// The carriage's track, in time order.
-  virtual Status AppendAxis(const AxisSample& sample) = 0;
+  /// The carriage's track, in time order: host clock, and height in mm.
+  virtual Status AppendAxis(std::chrono::nanoseconds time, double z_mm) = 0;
   /// What happened, in plain words, on the host's clock.
   virtual Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) = 0;
 };

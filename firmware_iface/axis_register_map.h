@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <string>
 
 #include "base/result.h"
 
@@ -36,6 +36,18 @@ struct AxisRegisterMap {
   std::uint16_t max_speed = 0x0110;          ///< u32, um/s; 607Fh.
   std::uint16_t max_acceleration = 0x0112;   ///< u32, um/s^2; 60C5h.
   std::uint16_t heartbeat_timeout = 0x0114;  ///< u16, ms; 0 is off.
+
+  /// Registers address … address + count - 1.
+  struct Block {
+    std::uint16_t address = 0;
+    std::uint16_t count = 0;
+  };
+  /// The shortest block that holds all command registers.
+  [[nodiscard]] Block CommandBlock() const;
+  /// The shortest block that holds the echo and the cyclic status registers.
+  [[nodiscard]] Block StatusBlock() const;
+  /// The shortest block that holds the echo and the identity registers.
+  [[nodiscard]] Block IdentityBlock() const;
 };
 
 /// Bits of AxisRegisterMap::flags.

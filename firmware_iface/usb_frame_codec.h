@@ -72,7 +72,7 @@ inline constexpr std::size_t kBoardIdentityBytes = 24;
 
 /// A board's answer to kIdentify.
 struct BoardIdentity {
-  std::uint16_t protocol_version = kRingProtocolVersion;
+  std::uint8_t protocol_version = kRingProtocolVersion;
   std::array<std::uint8_t, 3> firmware_version{};  ///< Major, minor, patch.
   std::uint8_t sensor_count = kSensorsPerBoard;
   std::uint32_t serial = 0;
@@ -84,7 +84,7 @@ struct BoardIdentity {
 };
 
 [[nodiscard]] std::array<std::byte, kBoardIdentityBytes> EncodeBoardIdentity(const BoardIdentity& identity);
-/// Fails on a wrong length, magic or checksum; does not judge the version.
+/// Fails on a wrong length or magic; does not judge the version. (Control transfers have their own checksum.)
 Result<BoardIdentity> DecodeBoardIdentity(std::span<const std::byte> bytes);
 
 /// Payloads of kArm and kReadClock.

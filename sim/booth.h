@@ -18,7 +18,7 @@
 namespace annulus::sim {
 
 struct BoothOptions {
-  std::unique_ptr<Subject> subject;  ///< Stands on z = 0 on the ring's axis. Must be there.
+  std::unique_ptr<Subject> subject;  ///< Stands on z = 0 on the ring's axis. Not null.
   BeamOptions beam;
   double ring_radius_mm = 600.0;
   std::uint64_t seed = 1;

@@ -16,8 +16,8 @@ namespace annulus::sim {
 
 /// The wire that makes all boards fire together. One board drives it. SYNC edge k is at start + k · period.
 struct SyncLine {
-  std::optional<std::uint32_t> driver;  ///< Serial of the board that drives it.
   std::chrono::nanoseconds start{0};
+  std::chrono::nanoseconds stop{0};  ///< No edge from here on; start >= stop: the line is quiet.
   double period_ns = 0.0;
 };
 
@@ -36,8 +36,8 @@ struct RingBoardOptions {
   std::size_t fifo_frames = 64;  ///< Frames kept while nobody asks; then the newest is lost.
 };
 
-/// The firmware of one concentrator board with its 15 sensors, behind the USB seam. Frames depend on seed, serial and
-/// SYNC only, not on when or in which order boards are asked. Thread-bound. Borrows world, SYNC line and clock.
+/// The firmware of one concentrator board with its 15 sensors, behind the USB seam. Frames depend on seed, serial, run
+/// and SYNC only, not on when or in which order boards are asked. Thread-bound. Borrows world, SYNC line and clock.
 class RingBoardModel final : public UsbPort {
  public:
   RingBoardModel(RingBoardOptions options, World& world, SyncLine& sync, Clock& clock);
@@ -66,6 +66,7 @@ class RingBoardModel final : public UsbPort {
   struct Transfer {
     UsbToken token;
     std::size_t length = 0;
+    std::chrono::nanoseconds submitted{0};
   };
   /// Bytes of one USB packet and when they are there.
   struct Packet {
@@ -79,12 +80,15 @@ class RingBoardModel final : public UsbPort {
   [[nodiscard]] std::chrono::nanoseconds ControlTime();
   [[nodiscard]] std::uint64_t FrameBits(std::uint32_t sequence, std::uint64_t purpose) const;
   [[nodiscard]] std::chrono::nanoseconds ArrivalTime(std::uint32_t sequence) const;
-  /// Everything that happens in the board up to `time`.
-  void Advance(std::chrono::nanoseconds time);
+  /// Everything that happens in the board up to now.
+  void Advance();
+  /// When something happens next without the host's doing.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> NextEvent() const;
+  [[nodiscard]] bool WillFire(std::uint32_t sequence) const;
+  [[nodiscard]] std::chrono::nanoseconds EdgeTime(std::uint32_t sequence) const;
   void SendFrame(std::uint32_t sequence);
   [[nodiscard]] LevelFrame MeasureLevel(std::uint32_t sequence) const;
   void MatchTransfers();
-  void EndAll(UsbStatus status, std::chrono::nanoseconds time);
 
   RingBoardOptions options_;
   World& world_;
@@ -97,6 +101,9 @@ class RingBoardModel final : public UsbPort {
   std::chrono::nanoseconds fire_delay_{0};
   std::uint32_t level_rate_mhz_ = 0;
   bool armed_ = false;
+  bool drives_sync_ = false;
+  std::uint32_t runs_ = 0;        ///< Times armed; each run has its own noise.
+  std::uint64_t first_edge_ = 0;  ///< SYNC edge of sequence 0.
   std::uint32_t next_sequence_ = 0;
   std::optional<std::chrono::nanoseconds> unplug_time_;
   std::uint64_t next_token_ = 1;

@@ -1,0 +1,430 @@
+#include "acquisition/scanner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stop_token>
+#include <utility>
+
+#include "acquisition/level_stamper.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kPollPause = std::chrono::milliseconds(5);  ///< Between readings of the axis.
+constexpr nanoseconds kPollTime = std::chrono::milliseconds(4);   ///< What one reading may take.
+constexpr nanoseconds kHomingDeadline = std::chrono::seconds(90);
+constexpr nanoseconds kStopDeadline = std::chrono::milliseconds(300);
+constexpr nanoseconds kFirstLevelDeadline = std::chrono::milliseconds(500);
+constexpr int kProvingLevels = 2;
+constexpr int kClockReadings = 8;  ///< Of each board before the first sweep.
+constexpr double kAtPlaceMm = 0.05;
+
+nanoseconds FromSeconds(double seconds) { return nanoseconds(std::llround(seconds * 1e9)); }
+
+/// One scan from start to end. Steps return early, with success, when a stop is requested; Perform looks between them.
+class ScanRun {
+ public:
+  struct Devices {
+    RangeRing& ring;
+    ScanAxis& axis;
+    Clock& clock;
+  };
+
+  ScanRun(Devices devices, const ScanPlan& plan, LevelSink& sink, const TaskContext& task)
+      : ring_(devices.ring),
+        axis_(devices.axis),
+        clock_(devices.clock),
+        plan_(plan),
+        sink_(sink),
+        task_(task),
+        stamper_(ring_.boards()),
+        period_(FromSeconds(1.0 / plan.level_rate_hz)) {
+    summary_.planned_levels = plan.TotalLevels();
+  }
+
+  Status Perform();
+  /// Axis at rest and disabled, ring idle, after a scan that went well or was cancelled.
+  Status Finish();
+  /// The same after an error, as fast as possible. Returns the error, worse if the stop failed too.
+  Error Abort(const Error& error);
+  [[nodiscard]] const ScanSummary& summary() const { return summary_; }
+
+ private:
+  [[nodiscard]] bool Stopping() const { return task_.stop.stop_requested(); }
+  Status Note(const std::string& text) { return sink_.AppendEvent(clock_.Now(), text); }
+
+  Status ProveRing();
+  Status Home();
+  Status GoTo(double z_mm);
+  Status StartRing();
+  Status Sweep(std::uint32_t sweep);
+  Status Dwell();
+  /// Starts the move of a sweep so that its first level falls on a SYNC.
+  Status StartInPhase(double first_mm, double end_mm);
+  /// Follows the axis until the next level is due, reads it, and hands on what is complete.
+  Status Step();
+  Status WaitForRest(nanoseconds deadline, const char* what);
+  Status SampleAxis();
+  Status ReadBoardClock();
+  Status HandOn();
+  Status HandOnLevel(ScanLevel level);
+  [[nodiscard]] double TurnMm(bool top) const;
+  [[nodiscard]] nanoseconds MoveTime(double distance_mm) const;
+
+  RangeRing& ring_;
+  ScanAxis& axis_;
+  Clock& clock_;
+  const ScanPlan& plan_;
+  LevelSink& sink_;
+  const TaskContext& task_;
+  LevelStamper stamper_;
+  const nanoseconds period_;
+  ScanSummary summary_;
+
+  AxisPosition position_;       ///< Last fresh one.
+  nanoseconds next_due_{0};     ///< When the next level should be there.
+  nanoseconds sync_time_{0};    ///< Host time at which the first board fired last.
+  std::size_t next_board_ = 0;  ///< Whose clock is read next.
+  std::uint32_t sweep_ = 0;
+  bool collecting_ = false;
+  std::int64_t last_index_ = -1;    ///< Of this sweep.
+  std::uint32_t sweep_levels_ = 0;  ///< Handed on in this sweep.
+  bool passed_end_ = false;         ///< A level behind the last planned one was seen.
+};
+
+Status ScanRun::Perform() {
+  task_.Report("check the ring", 0, 1);
+  RETURN_IF_ERROR(ProveRing());
+  if (Stopping()) return {};
+  RETURN_IF_ERROR(axis_.Enable());
+  RETURN_IF_ERROR(Home());
+  if (Stopping()) return {};
+  RETURN_IF_ERROR(GoTo(plan_.parked() ? plan_.z_top_mm : TurnMm(true)));
+  if (Stopping()) return {};
+  RETURN_IF_ERROR(StartRing());
+  if (plan_.parked()) return Dwell();
+  for (sweep_ = 0; sweep_ < plan_.sweeps && !Stopping(); ++sweep_) RETURN_IF_ERROR(Sweep(sweep_));
+  return {};
+}
+
+Status ScanRun::ProveRing() {
+  RETURN_IF_ERROR(ring_.Start(Hertz(plan_.level_rate_hz)));
+  for (int i = 0; i < kProvingLevels; ++i) {
+    const auto level = ring_.NextLevel(clock_.Now() + kFirstLevelDeadline);
+    if (!level) return Fail(level);
+  }
+  return ring_.Stop();
+}
+
+Status ScanRun::Home() {
+  RETURN_IF_ERROR(SampleAxis());
+  if (position_.homed) return {};
+  task_.Report("home the axis", 0, 1);
+  RETURN_IF_ERROR(axis_.StartHoming());
+  position_.homed = false;
+  const nanoseconds deadline = clock_.Now() + kHomingDeadline;
+  while (!position_.homed && !Stopping()) {
+    if (clock_.Now() >= deadline) {
+      return Fail("home the axis", "the home switch was not found in 90 s", "check the home switch and its wire");
+    }
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    RETURN_IF_ERROR(SampleAxis());
+  }
+  return Stopping() ? Status{} : Note("axis homed");
+}
+
+double ScanRun::TurnMm(bool top) const {
+  const double run_up = RunUp(plan_, axis_.identity().limits).value();
+  return top ? plan_.z_top_mm + run_up : plan_.z_bottom_mm - run_up;
+}
+
+nanoseconds ScanRun::MoveTime(double distance_mm) const {
+  const double speed = plan_.parked() ? axis_.identity().limits.max_speed.value() : plan_.speed_mm_s;
+  return FromSeconds(std::abs(distance_mm) / speed + speed / axis_.identity().limits.max_acceleration.value());
+}
+
+Status ScanRun::GoTo(double z_mm) {
+  task_.Report("go to the start", 0, 1);
+  if (std::abs(position_.z.value() - z_mm) > kAtPlaceMm) {
+    RETURN_IF_ERROR(axis_.MoveTo(Millimetres(z_mm), axis_.identity().limits.max_speed));
+  }
+  const nanoseconds deadline = clock_.Now() + 2 * MoveTime(position_.z.value() - z_mm) + std::chrono::seconds(2);
+  RETURN_IF_ERROR(WaitForRest(deadline, "go to the start of the scan"));
+  if (Stopping() || std::abs(position_.z.value() - z_mm) <= kAtPlaceMm) return {};
+  return Fail("go to the start of the scan",
+              "the axis rests at " + std::to_string(position_.z.value()) + " mm instead of " + std::to_string(z_mm),
+              "look for an obstacle, then home the axis again");
+}
+
+Status ScanRun::WaitForRest(nanoseconds deadline, const char* what) {
+  do {
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    RETURN_IF_ERROR(SampleAxis());
+    if (clock_.Now() >= deadline) return Fail(what, "the axis does not come to rest", "look for an obstacle");
+  } while (position_.moving && !Stopping());
+  return {};
+}
+
+Status ScanRun::StartRing() {
+  RETURN_IF_ERROR(ring_.Start(Hertz(plan_.level_rate_hz)));
+  for (std::size_t i = 0; i < kClockReadings * ring_.boards().size(); ++i) {
+    RETURN_IF_ERROR(ReadBoardClock());
+    if (i % ring_.boards().size() == 0) RETURN_IF_ERROR(SampleAxis());
+  }
+  next_due_ = clock_.Now() + 2 * period_;
+  return {};
+}
+
+Status ScanRun::SampleAxis() {
+  const auto position = axis_.Position();
+  if (!position) return Fail(position);
+  if (!position->fresh) return {};
+  position_ = *position;
+  RETURN_IF_ERROR(stamper_.AddPosition(position_));
+  return collecting_ ? sink_.AppendAxis(stamper_.HostTime(position_), position_.z.value()) : Status{};
+}
+
+Status ScanRun::ReadBoardClock() {
+  const auto exchange = ring_.ReadClock(next_board_);
+  if (!exchange) return Fail(exchange);
+  RETURN_IF_ERROR(stamper_.AddBoardClock(next_board_, *exchange));
+  next_board_ = (next_board_ + 1) % ring_.boards().size();
+  return {};
+}
+
+Status ScanRun::Step() {
+  do {
+    RETURN_IF_ERROR(SampleAxis());
+    clock_.SleepUntil(std::min(clock_.Now() + kPollPause, next_due_));
+  } while (clock_.Now() + kPollTime < next_due_);
+  auto level = ring_.NextLevel(std::max(next_due_, clock_.Now()) + 2 * period_);
+  if (!level) return Fail(level);
+  const BoardStamp* newest = nullptr;
+  for (const BoardStamp& stamp : level->boards) {
+    if (stamp.present && (newest == nullptr || stamp.host_arrival > newest->host_arrival)) newest = &stamp;
+  }
+  next_due_ = (newest == nullptr ? next_due_ : newest->host_arrival) + period_;
+  if (level->boards[0].present) sync_time_ = stamper_.HostTime(0, level->boards[0].device_time);
+  RETURN_IF_ERROR(ReadBoardClock());
+  if (collecting_) RETURN_IF_ERROR(stamper_.AddLevel(std::move(*level)));
+  return HandOn();
+}
+
+Status ScanRun::HandOn() {
+  for (ScanLevel& level : stamper_.Take()) RETURN_IF_ERROR(HandOnLevel(std::move(level)));
+  return {};
+}
+
+Status ScanRun::HandOnLevel(ScanLevel level) {
+  std::int64_t index = last_index_ + 1;
+  if (!plan_.parked()) {
+    // The nearest planned level, counted in the sweep's direction.
+    const std::int64_t last = plan_.SweepLevels(sweep_) - 1;
+    const std::int64_t from_top = std::llround((plan_.SweepTop(sweep_) - MeanHeight(level)) / plan_.sweep_pitch_mm());
+    index = sweep_ % 2 == 0 ? from_top : last - from_top;
+    if (index > last) passed_end_ = true;
+    if (index <= last_index_ || index > last) return {};
+  }
+  last_index_ = index;
+  level.index = static_cast<std::uint32_t>(index);
+  level.sweep = static_cast<std::uint16_t>(sweep_);
+  for (const RangeReading& reading : level.readings) {
+    ++(std::isfinite(reading.range_mm) ? summary_.returns : summary_.no_returns);
+  }
+  if (summary_.levels == 0) summary_.start = level.time;
+  RETURN_IF_ERROR(sink_.AppendLevel(level));
+  ++summary_.levels;
+  ++sweep_levels_;
+  task_.Report("scan", summary_.levels, summary_.planned_levels);
+  return {};
+}
+
+Status ScanRun::StartInPhase(double first_mm, double end_mm) {
+  // After the order the set-point needs d / v + v / 2a to the first level; the order itself takes half a transaction.
+  const double v = plan_.speed_mm_s;
+  const double a = axis_.identity().limits.max_acceleration.value();
+  const nanoseconds one_way = (position_.time.host_after - position_.time.host_before) / 2;
+  const nanoseconds lead = FromSeconds(std::abs(first_mm - position_.z.value()) / v + v / (2.0 * a)) + one_way;
+  const nanoseconds earliest = clock_.Now() + 2 * kPollTime + lead;
+  const std::int64_t periods = (earliest - sync_time_) / period_ + 1;
+  const nanoseconds start = sync_time_ + periods * period_ - lead;
+  while (clock_.Now() + kPollPause + kPollTime < start) {
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    RETURN_IF_ERROR(SampleAxis());
+  }
+  clock_.SleepUntil(start);
+  return axis_.MoveTo(Millimetres(end_mm), MillimetresPerSecond(v));
+}
+
+Status ScanRun::Sweep(std::uint32_t sweep) {
+  const bool down = sweep % 2 == 0;
+  const std::uint32_t levels = plan_.SweepLevels(sweep);
+  RETURN_IF_ERROR(
+      Note("sweep " + std::to_string(sweep + 1) + " of " + std::to_string(plan_.sweeps) + (down ? " down" : " up")));
+  const double highest = plan_.SweepTop(sweep);
+  const double lowest = highest - (levels - 1) * plan_.sweep_pitch_mm();
+  const double end = TurnMm(!down);
+  collecting_ = true;
+  last_index_ = -1;
+  sweep_levels_ = 0;
+  passed_end_ = false;
+  RETURN_IF_ERROR(Step());
+  RETURN_IF_ERROR(StartInPhase(down ? highest : lowest, end));
+  const nanoseconds deadline = clock_.Now() + 2 * MoveTime(end - position_.z.value()) + std::chrono::seconds(2);
+  do {
+    RETURN_IF_ERROR(Step());
+    if (clock_.Now() >= deadline) {
+      return Fail("sweep the ring along the subject", "the axis does not get to the end", "look for an obstacle");
+    }
+  } while ((position_.moving || !passed_end_) && !Stopping());
+  if (Stopping()) return {};
+  collecting_ = false;
+  stamper_.Drop();
+  summary_.missing_levels += levels - sweep_levels_;
+  ++summary_.sweeps;
+  return {};
+}
+
+Status ScanRun::Dwell() {
+  RETURN_IF_ERROR(Note("ring parked"));
+  collecting_ = true;
+  while (sweep_levels_ < summary_.planned_levels && !Stopping()) RETURN_IF_ERROR(Step());
+  if (!Stopping()) summary_.sweeps = 1;
+  return {};
+}
+
+Status ScanRun::Finish() {
+  summary_.cancelled = Stopping() && summary_.sweeps < plan_.sweeps;
+  if (axis_.state() == ScanAxis::State::kEnabled) {
+    RETURN_IF_ERROR(axis_.Halt());
+    const nanoseconds deadline = clock_.Now() + kStopDeadline;
+    do {
+      RETURN_IF_ERROR(SampleAxis());
+      clock_.SleepUntil(clock_.Now() + kPollPause);
+    } while (position_.moving && clock_.Now() < deadline);
+    if (position_.moving) RETURN_IF_ERROR(axis_.QuickStop());
+    if (collecting_) RETURN_IF_ERROR(HandOn());
+    summary_.worst_clock_bound_us = summary_.levels > 0 ? stamper_.WorstBound() : 0.0;
+  }
+  RETURN_IF_ERROR(axis_.Disable());
+  summary_.end = clock_.Now();
+  summary_.ring = ring_.counters();
+  if (ring_.state() != RangeRing::State::kIdle) RETURN_IF_ERROR(ring_.Stop());
+  return Note(summary_.cancelled ? "cancelled; axis stopped and disabled" : "finished; axis disabled");
+}
+
+Error ScanRun::Abort(const Error& error) {
+  Error worst = error;
+  Status stopped = axis_.state() == ScanAxis::State::kDisabled ? Status{} : axis_.QuickStop();
+  if (const Status disabled = axis_.Disable(); !disabled && stopped) stopped = disabled;
+  if (!stopped) {
+    worst.seen += "; then the axis did not confirm that it stopped (" + stopped.error().seen + ")";
+    worst.advice = "press the emergency stop; then " + worst.advice;
+  }
+  static_cast<void>(ring_.Stop());
+  // The sink may be what failed; the error is returned in any case.
+  static_cast<void>(Note("stopped by an error: " + worst.Text()));
+  return worst;
+}
+
+Status CheckReady(const RangeRing& ring, const ScanAxis& axis, const ScanPlan& plan) {
+  const std::string attempted = "start a scan";
+  const PlanCheck check = ValidatePlan(plan, axis.identity().limits, ring.limits());
+  if (check.verdict != PlanVerdict::kValid) {
+    std::string reasons;
+    for (const std::string& reason : check.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
+    return Fail(attempted, "the plan does not fit the machine: " + reasons,
+                check.verdict == PlanVerdict::kAdjusted ? "use the adjusted plan" : "correct the plan");
+  }
+  if (ring.state() != RangeRing::State::kIdle) return Fail(attempted, "the ring is in use", "stop it first");
+  if (axis.state() != ScanAxis::State::kDisabled) return Fail(attempted, "the axis is in use", "disable it first");
+  return {};
+}
+
+}  // namespace
+
+std::string ScanSummary::BriefReport() const {
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "%s: %u of %u levels, %u missing, %llu returns, %llu without, %llu frames lost, %.1f s",
+                cancelled ? "cancelled" : "finished", levels, planned_levels, missing_levels,
+                static_cast<unsigned long long>(returns), static_cast<unsigned long long>(no_returns),
+                static_cast<unsigned long long>(ring.lost_frames), static_cast<double>((end - start).count()) * 1e-9);
+  return text;
+}
+
+Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, LevelSink& sink, Clock& clock,
+                            const TaskContext& task) {
+  RETURN_IF_ERROR(CheckReady(ring, axis, plan));
+  ScanRun run({ring, axis, clock}, plan, sink, task);
+  Status done = run.Perform();
+  if (done) done = run.Finish();
+  if (!done) return tl::unexpected<Error>(run.Abort(done.error()));
+  return run.summary();
+}
+
+namespace {
+
+constexpr double kSearchPitchMm = 5.0;
+constexpr double kSearchSpeed = 150.0;
+/// A level meets the subject when this share of the sensors says so: a lone false return is not a head.
+constexpr double kSearchShare = 1.0 / 6.0;
+constexpr int kSearchLevels = 2;
+
+/// Asks for a stop as soon as levels in a row meet something.
+class TopFinder final : public LevelSink {
+ public:
+  Status AppendLevel(const ScanLevel& level) override {
+    if (top_) return {};
+    const auto met = std::count_if(level.readings.begin(), level.readings.end(),
+                                   [](const RangeReading& reading) { return std::isfinite(reading.range_mm); });
+    if (static_cast<double>(met) < kSearchShare * static_cast<double>(level.readings.size())) {
+      in_a_row_ = 0;
+      return {};
+    }
+    if (in_a_row_++ == 0) first_mm_ = MeanHeight(level);
+    if (in_a_row_ == kSearchLevels) {
+      top_ = first_mm_;
+      stop_.request_stop();
+    }
+    return {};
+  }
+  Status AppendAxis(nanoseconds, double) override { return {}; }
+  Status AppendEvent(nanoseconds, const std::string&) override { return {}; }
+
+  [[nodiscard]] std::stop_source& stop() { return stop_; }
+  [[nodiscard]] std::optional<double> top() const { return top_; }
+
+ private:
+  std::stop_source stop_;
+  std::optional<double> top_;
+  double first_mm_ = 0.0;
+  int in_a_row_ = 0;
+};
+
+}  // namespace
+
+Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task) {
+  const AxisLimits& limits = axis.identity().limits;
+  ScanPlan plan;
+  plan.profile = "search";
+  plan.pitch_mm = kSearchPitchMm;
+  plan.speed_mm_s = std::min(kSearchSpeed, limits.max_speed.value());
+  plan.level_rate_hz = plan.speed_mm_s / kSearchPitchMm;
+  const double run_up = RunUp(plan, limits).value();
+  plan.z_top_mm = limits.z_max.value() - run_up;
+  plan.z_bottom_mm = std::max(0.0, limits.z_min.value() + run_up);
+  TopFinder finder;
+  const std::stop_callback pass_on(task.stop, [&finder] { finder.stop().request_stop(); });
+  const auto searched = RunScan(ring, axis, plan, finder, clock, {task.progress, finder.stop().get_token()});
+  if (!searched) return Fail(searched);
+  if (finder.top()) return Millimetres(*finder.top());
+  if (searched->cancelled) return Fail("find the subject's top", "stopped on request", "start again");
+  return Fail("find the subject's top", "nothing in the ring between its top and the floor",
+              "ask the subject to stand in the middle of the ring");
+}
+
+}  // namespace annulus

@@ -1,0 +1,27 @@
+#include "firmware_iface/usb_port.h"
+
+namespace annulus {
+
+const char* UsbStatusText(UsbStatus status) {
+  switch (status) {
+    case UsbStatus::kCompleted:
+      return "completed";
+    case UsbStatus::kTimedOut:
+      return "no answer in time";
+    case UsbStatus::kCancelled:
+      return "cancelled";
+    case UsbStatus::kStall:
+      return "the device refused (stall)";
+    case UsbStatus::kNoDevice:
+      return "the device is unplugged";
+    case UsbStatus::kOverflow:
+      return "the device sent more than was asked for";
+    case UsbStatus::kNoMemory:
+      return "no memory for USB transfers (usbfs_memory_mb)";
+    case UsbStatus::kError:
+      return "the transfer failed";
+  }
+  return "unknown";
+}
+
+}  // namespace annulus

@@ -1,0 +1,283 @@
+#include "sim/axis_firmware.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/ensure.h"
+#include "sim/world.h"
+
+namespace annulus::sim {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::uint16_t kFirmwareVersion = 0x0103;
+constexpr std::uint16_t kHeartbeatFault = 0x8130;
+constexpr std::uint16_t kFollowingFault = 0x8611;
+constexpr std::uint16_t kTargetFault = 0x8612;
+constexpr nanoseconds kSupervisionStep = std::chrono::milliseconds(1);
+/// What the lag needs to die out after a ramp.
+constexpr nanoseconds kSettle = std::chrono::milliseconds(50);
+constexpr double kStandstill_mm_s = 0.5;
+/// Further than the axis can go: a homing move ends at the switch.
+constexpr double kHomingTravelMm = 10'000.0;
+
+ModbusReply Refuse(std::uint8_t exception) {
+  return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kException, exception, {}});
+}
+
+std::uint32_t Thousandths(double value) {
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::llround(value * 1000.0)));
+}
+
+/// Registers first … first + size - 1 of a drive, for writing 16- and 32-bit values by address.
+class RegisterWriter {
+ public:
+  RegisterWriter(std::uint16_t first, std::size_t size) : first_(first), values_(size, 0) {}
+  void Word(std::uint16_t address, std::uint16_t value) { values_.at(address - first_) = value; }
+  void Long(std::uint16_t address, std::uint32_t value) {
+    Word(address, static_cast<std::uint16_t>(value >> 16));
+    Word(static_cast<std::uint16_t>(address + 1), static_cast<std::uint16_t>(value & 0xFFFFU));
+  }
+  [[nodiscard]] std::vector<std::uint16_t> Take() { return std::move(values_); }
+
+ private:
+  std::uint16_t first_;
+  std::vector<std::uint16_t> values_;
+};
+
+bool Has(std::uint16_t word, std::uint16_t bits) { return (word & bits) == bits; }
+
+}  // namespace
+
+AxisDriveModel::AxisDriveModel(AxisDriveOptions options, Clock& clock)
+    : options_(options),
+      clock_(clock),
+      engine_(options.seed),
+      motion_(options.start_z_mm, options.lag_s),
+      command_(map_.CommandBlock().count, 0),
+      encoder_zero_mm_(options.start_z_mm) {}
+
+nanoseconds AxisDriveModel::WireTime() {
+  // Exponential, by inversion: the same on every standard library.
+  const double extra = -std::log1p(-UnitFromBits(engine_()));
+  return options_.wire_delay + nanoseconds(std::llround(extra * static_cast<double>(options_.wire_jitter.count())));
+}
+
+std::uint32_t AxisDriveModel::DriveMicros(nanoseconds time) const {
+  const double fast = static_cast<double>(time.count()) * options_.clock_drift_ppm * 1e-6;
+  const std::int64_t drive_ns =
+      time.count() + std::llround(fast) + static_cast<std::int64_t>(options_.seed % 1000) * 1'000'000;
+  return static_cast<std::uint32_t>((drive_ns / 1000) & 0xFFFFFFFF);
+}
+
+double AxisDriveModel::EncoderMm(nanoseconds time) const { return motion_.At(time).z_mm - encoder_zero_mm_; }
+
+double AxisDriveModel::TrueZ(nanoseconds time) {
+  Advance(time);
+  return motion_.At(time).z_mm;
+}
+
+double AxisDriveModel::TrueSpeed(nanoseconds time) {
+  Advance(time);
+  return motion_.At(time).speed_mm_s;
+}
+
+ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds timeout) {
+  const nanoseconds sent = clock_.Now();
+  const nanoseconds arrival = sent + WireTime();
+  const nanoseconds replied = arrival + WireTime();
+  ModbusReply reply = Carry(request, arrival);
+  if (replied - sent > timeout) {
+    clock_.SleepUntil(sent + timeout);
+    return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
+  }
+  clock_.SleepUntil(replied);
+  return reply;
+}
+
+ModbusReply AxisDriveModel::Carry(const ModbusRequest& request, nanoseconds time) {
+  Advance(time);
+  if (request.function != ModbusFunction::kReadRegisters) {
+    if (ModbusReply written = WriteBlock(request, time); !written) return written;
+    if (request.function != ModbusFunction::kWriteReadRegisters) return std::vector<std::uint16_t>{};
+  }
+  const bool status = request.read_address >= map_.echo;
+  std::vector<std::uint16_t> registers = status ? StatusRegisters(time) : command_;
+  const std::size_t first = request.read_address - (status ? map_.echo : map_.CommandBlock().address);
+  if (request.read_count == 0 || first + request.read_count > registers.size()) return Refuse(2);
+  const auto begin = registers.begin() + static_cast<std::ptrdiff_t>(first);
+  return std::vector<std::uint16_t>(begin, begin + request.read_count);
+}
+
+ModbusReply AxisDriveModel::WriteBlock(const ModbusRequest& request, nanoseconds time) {
+  const std::size_t first = request.write_address - map_.CommandBlock().address;
+  if (request.values.empty() || first + request.values.size() > command_.size()) return Refuse(2);
+  const std::uint16_t counter_before = command_[map_.counter];
+  std::copy(request.values.begin(), request.values.end(), command_.begin() + static_cast<std::ptrdiff_t>(first));
+  if (command_[map_.counter] != counter_before) last_heartbeat_ = time;
+  ObeyControlWord(time);
+  return std::vector<std::uint16_t>{};
+}
+
+std::uint16_t AxisDriveModel::StatusWord(nanoseconds time) const {
+  std::uint16_t word = StatusBitsOf(state_);
+  const bool homing_mode = command_[map_.mode] == kModeHoming;
+  if (time >= motion_.rest_time() && !homing_) word |= status_word::kTargetReached;
+  if (homing_mode ? homed_ && !homing_ : acknowledged_) word |= status_word::kAcknowledge;
+  return word;
+}
+
+std::vector<std::uint16_t> AxisDriveModel::StatusRegisters(nanoseconds time) {
+  RegisterWriter out(map_.echo, map_.IdentityBlock().count);
+  out.Word(map_.echo, command_[map_.counter]);
+  out.Word(map_.status_word, StatusWord(time));
+  out.Word(map_.fault_code, fault_code_);
+  out.Long(map_.position, Thousandths(EncoderMm(time)));
+  out.Long(map_.drive_time, DriveMicros(time));
+  const bool moving = time < motion_.rest_time() || std::abs(motion_.At(time).speed_mm_s) > kStandstill_mm_s;
+  out.Word(map_.flags, static_cast<std::uint16_t>((homed_ ? kAxisFlagHomed : 0) | (moving ? kAxisFlagMoving : 0)));
+  out.Word(map_.protocol_version, kAxisProtocolVersion);
+  out.Word(map_.firmware_version, kFirmwareVersion);
+  out.Long(map_.serial, options_.serial);
+  out.Long(map_.z_min, Thousandths(options_.limits.z_min.value()));
+  out.Long(map_.z_max, Thousandths(options_.limits.z_max.value()));
+  out.Long(map_.max_speed, Thousandths(options_.limits.max_speed.value()));
+  out.Long(map_.max_acceleration, Thousandths(options_.limits.max_acceleration.value()));
+  out.Word(map_.heartbeat_timeout, static_cast<std::uint16_t>(options_.heartbeat.count()));
+  return out.Take();
+}
+
+void AxisDriveModel::Advance(nanoseconds time) {
+  if (time <= supervised_) return;
+  if (homing_ && time >= homing_->end) FinishHoming();
+  const nanoseconds silence_ends = last_heartbeat_ + options_.heartbeat;
+  const bool watched = options_.heartbeat.count() > 0;
+  if (state_ == DriveState::kOperationEnabled) Supervise(watched ? std::min(time, silence_ends) : time);
+  if (state_ == DriveState::kOperationEnabled && watched && time > silence_ends) {
+    RaiseFault(kHeartbeatFault, silence_ends);
+  }
+  if (state_ == DriveState::kFaultReaction && time >= motion_.rest_time()) state_ = DriveState::kFault;
+  supervised_ = time;
+}
+
+void AxisDriveModel::Supervise(nanoseconds time) {
+  for (nanoseconds t = supervised_; t < time; t += kSupervisionStep) {
+    if (std::abs(motion_.At(t).following_error_mm()) <= options_.following_limit_mm) continue;
+    RaiseFault(kFollowingFault, t);
+    return;
+  }
+}
+
+void AxisDriveModel::RaiseFault(std::uint16_t code, nanoseconds time) {
+  fault_code_ = code;
+  state_ = DriveState::kFaultReaction;
+  homing_.reset();
+  motion_.Stop(time, options_.quick_stop_mm_s2);
+}
+
+void AxisDriveModel::ObeyControlWord(nanoseconds time) {
+  const std::uint16_t control = command_[map_.control_word];
+  const std::uint16_t rising = static_cast<std::uint16_t>(control & ~previous_control_);
+  previous_control_ = control;
+  if (state_ == DriveState::kFault || state_ == DriveState::kFaultReaction) {
+    if (state_ == DriveState::kFault && Has(rising, control_word::kFaultReset)) {
+      state_ = DriveState::kSwitchOnDisabled;
+      fault_code_ = 0;
+    }
+    return;
+  }
+  ChangePowerState(time);
+  if (!Has(control, control_word::kStart)) acknowledged_ = false;
+  if (state_ != DriveState::kOperationEnabled) return;
+  if (Has(control, control_word::kHalt)) {
+    homing_.reset();
+    motion_.Stop(time, options_.limits.max_acceleration.value());
+    return;
+  }
+  if (!Has(rising, control_word::kStart)) return;
+  if (command_[map_.mode] == kModeHoming) StartHoming(time);
+  if (command_[map_.mode] == kModeProfilePosition) StartPositioning(time);
+}
+
+/// The transitions of CiA 402 that the host asks for.
+void AxisDriveModel::ChangePowerState(nanoseconds time) {
+  const std::uint16_t control = command_[map_.control_word];
+  const bool powered = state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
+  DriveState next = state_;
+  if (!Has(control, 0x0002)) {
+    next = DriveState::kSwitchOnDisabled;  // disable voltage
+  } else if (!Has(control, 0x0004)) {
+    next = powered ? DriveState::kQuickStopActive : DriveState::kSwitchOnDisabled;
+  } else if (state_ == DriveState::kQuickStopActive) {
+    return;  // only disable voltage leads out
+  } else if (!Has(control, 0x0001)) {
+    next = DriveState::kReadyToSwitchOn;  // shutdown
+  } else if (state_ == DriveState::kSwitchOnDisabled) {
+    return;  // needs shutdown first
+  } else {
+    next = Has(control, 0x0008) ? DriveState::kOperationEnabled : DriveState::kSwitchedOn;
+  }
+  if (next == state_) return;
+  if (next == DriveState::kOperationEnabled) last_heartbeat_ = time;
+  // Without power the brake stops the axis; it is about as quick as a quick stop.
+  if (powered) {
+    homing_.reset();
+    motion_.Stop(time, options_.quick_stop_mm_s2);
+  }
+  state_ = next;
+}
+
+void AxisDriveModel::StartPositioning(nanoseconds time) {
+  const auto read_long = [this](std::uint16_t address) {
+    return static_cast<std::uint32_t>(command_[address]) << 16 | command_[static_cast<std::size_t>(address) + 1];
+  };
+  const double target = static_cast<std::int32_t>(read_long(map_.target_position)) / 1000.0;
+  const double speed = std::min(read_long(map_.profile_speed) / 1000.0, options_.limits.max_speed.value());
+  const double acceleration =
+      std::min(read_long(map_.profile_acceleration) / 1000.0, options_.limits.max_acceleration.value());
+  if (!homed_ || homing_ || speed <= 0.0 || acceleration <= 0.0) return;
+  if (target < options_.limits.z_min.value() || target > options_.limits.z_max.value()) {
+    RaiseFault(kTargetFault, time);
+    return;
+  }
+  acknowledged_ = true;
+  motion_log_.push_back(time);
+  motion_.MoveTo(time, target + encoder_zero_mm_, {speed, acceleration});
+}
+
+void AxisDriveModel::StartHoming(nanoseconds time) {
+  homed_ = false;
+  motion_log_.push_back(time);
+  const double switch_z = options_.home_switch_z_mm;
+  const double acceleration = options_.limits.max_acceleration.value();
+  // The time at which the carriage passes the switch, by bisection of the motion in closed form.
+  const auto passes = [&](nanoseconds from, bool upward) {
+    nanoseconds low = from;
+    nanoseconds high = motion_.rest_time();
+    while (high - low > nanoseconds(1)) {
+      const nanoseconds middle = low + (high - low) / 2;
+      ((motion_.At(middle).z_mm >= switch_z) == upward ? high : low) = middle;
+    }
+    return high;
+  };
+  nanoseconds start = time;
+  if (motion_.At(time).z_mm < switch_z) {
+    motion_.MoveTo(start, switch_z + kHomingTravelMm, {options_.home_fast_mm_s, acceleration});
+    motion_.Stop(passes(start, true), acceleration);
+    start = motion_.rest_time() + kSettle;
+  }
+  motion_.MoveTo(start, switch_z - kHomingTravelMm, {options_.home_slow_mm_s, acceleration});
+  const nanoseconds edge = passes(start, false);
+  motion_.Stop(edge, acceleration);
+  // The drive knows the switch's height: what the encoder would have to read there.
+  homing_ = HomingRun{motion_.rest_time() + kSettle, motion_.At(edge).z_mm - switch_z};
+}
+
+void AxisDriveModel::FinishHoming() {
+  encoder_zero_mm_ = homing_->encoder_zero_mm;
+  homing_.reset();
+  homed_ = true;
+}
+
+}  // namespace annulus::sim

@@ -1,0 +1,49 @@
+#include "sim/booth.h"
+
+#include <utility>
+
+#include "base/ensure.h"
+#include "firmware_iface/usb_frame_codec.h"
+
+namespace annulus::sim {
+namespace {
+
+constexpr std::uint64_t kForAxis = 1;
+constexpr std::uint64_t kForBoards = 2;
+constexpr std::uint32_t kFirstBoardSerial = 1001;
+
+AxisDriveOptions Seeded(AxisDriveOptions options, std::uint64_t seed) {
+  options.seed = MixSeed(seed, kForAxis);
+  return options;
+}
+
+std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
+  ENSURE(subject != nullptr, "somebody stands in the booth");
+  return subject;
+}
+
+}  // namespace
+
+Booth::Booth(BoothOptions options)
+    : subject_(Present(std::move(options.subject))),
+      calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
+      beam_(options.beam),
+      drive_(Seeded(options.axis, options.seed), clock_),
+      world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm} {
+  ENSURE(calibration_.sensors.size() == kBoards * kSensorsPerBoard, "a booth's ring has 180 sensors");
+  for (std::size_t i = 0; i < kBoards; ++i) {
+    RingBoardOptions board = options.board;
+    board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
+    board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
+    board.seed = MixSeed(options.seed, kForBoards);
+    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock_));
+  }
+}
+
+std::vector<UsbPort*> Booth::usb_ports() {
+  std::vector<UsbPort*> ports;
+  for (const auto& board : boards_) ports.push_back(board.get());
+  return ports;
+}
+
+}  // namespace annulus::sim
