@@ -123,9 +123,9 @@ LineResult<std::int64_t> ParseTime(std::string_view text) {
   return negative ? -time_ns : time_ns;
 }
 
-/// A weight 0 … 1 as quality; `fallback` for nothing.
-LineResult<std::uint8_t> ParseQuality(std::string_view text, std::uint8_t fallback) {
-  if (text.empty()) return fallback;
+/// A weight 0 … 1 as quality 0 … 255; the best for nothing.
+LineResult<std::uint8_t> ParseQuality(std::string_view text) {
+  if (text.empty()) return std::uint8_t{255};
   const auto weight = ParseNumber(text, CsvColumn::kWeight, 1.0);
   if (!weight) return tl::unexpected<LineProblem>(weight.error());
   if (*weight < 0.0) return Problem("weight is " + Quoted(text) + ", negative", "give weights from 0 to 1");
@@ -255,11 +255,17 @@ LineResult<void> CsvParser::TakeRow(std::string_view line) {
   const auto sweep =
       sweep_text.empty() ? LineResult<std::uint32_t>(0) : ParseIndex(sweep_text, CsvColumn::kSweep, kMaxIndex);
   if (!sweep) return tl::unexpected<LineProblem>(sweep.error());
-  const auto quality = ParseQuality(Field(CsvColumn::kWeight), std::isnan(*range) ? 0 : 255);
+  const auto quality = ParseQuality(Field(CsvColumn::kWeight));
   if (!quality) return tl::unexpected<LineProblem>(quality.error());
-  CsvRow row{
-      *z_mm,   *range, *time, *level, line_, static_cast<std::uint16_t>(*sweep), static_cast<std::uint16_t>(*sensor),
-      *quality};
+  const std::uint8_t kept_quality = std::isnan(*range) ? std::uint8_t{0} : *quality;  // no return, no quality
+  const CsvRow row{*z_mm,
+                   *range,
+                   *time,
+                   *level,
+                   line_,
+                   static_cast<std::uint16_t>(*sweep),
+                   static_cast<std::uint16_t>(*sensor),
+                   kept_quality};
   table_.rows.push_back(row);
   return TakeTheta(row.sensor, *theta);
 }

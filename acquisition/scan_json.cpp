@@ -14,20 +14,22 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kFormatVersion = 1;
 constexpr std::size_t kMaxSensors = 65'536;
+constexpr double kMaxLengthMm = 100'000.0;
 
-/// A number of SensorCalibration and its key in the header.
+/// A number of SensorCalibration, its key in the header, and the largest magnitude that is believed.
 struct SensorField {
   const char* key;
   double SensorCalibration::*member;
+  double limit;
 };
 constexpr std::array kSensorFields{
-    SensorField{"theta_rad", &SensorCalibration::theta},
-    SensorField{"radius_mm", &SensorCalibration::radius_mm},
-    SensorField{"range_offset_mm", &SensorCalibration::range_offset_mm},
-    SensorField{"range_scale", &SensorCalibration::range_scale},
-    SensorField{"aim_lateral_rad", &SensorCalibration::aim_lateral},
-    SensorField{"aim_vertical_rad", &SensorCalibration::aim_vertical},
-    SensorField{"height_mm", &SensorCalibration::height_mm},
+    SensorField{"theta_rad", &SensorCalibration::theta, 100.0},
+    SensorField{"radius_mm", &SensorCalibration::radius_mm, kMaxLengthMm},
+    SensorField{"range_offset_mm", &SensorCalibration::range_offset_mm, kMaxLengthMm},
+    SensorField{"range_scale", &SensorCalibration::range_scale, 100.0},
+    SensorField{"aim_lateral_rad", &SensorCalibration::aim_lateral, kPi},
+    SensorField{"aim_vertical_rad", &SensorCalibration::aim_vertical, kPi},
+    SensorField{"height_mm", &SensorCalibration::height_mm, kMaxLengthMm},
 };
 
 /// A text of ScanHeader and its key.
@@ -169,12 +171,12 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
   if (header.format_version != kFormatVersion) {
     return tl::unexpected<std::string>("its format version is " + std::to_string(header.format_version) + ", not 1");
   }
-  if (!(std::isfinite(header.ring_radius_mm) && header.ring_radius_mm > 0.0)) return Wrong("ring_radius_mm");
+  if (!(header.ring_radius_mm > 0.0 && header.ring_radius_mm <= kMaxLengthMm)) return Wrong("ring_radius_mm");
   const auto& sensors = header.calibration.sensors;
   if (sensors.empty() || sensors.size() > kMaxSensors) return Wrong("calibration");
   for (const SensorCalibration& sensor : sensors) {
     for (const SensorField& field : kSensorFields) {
-      if (!std::isfinite(sensor.*field.member)) return Wrong(field.key);
+      if (!(std::abs(sensor.*field.member) <= field.limit)) return Wrong(field.key);
     }
     if (sensor.radius_mm <= 0.0) return Wrong("radius_mm");
   }
