@@ -11,9 +11,10 @@
 namespace annulus::sim {
 namespace {
 
-constexpr double kLargestExponent = 30.0;       // exp(-30) of the largest bump is 3e-12 mm: nothing is cut off visibly
-constexpr double kBandHeight = 10.0;            // mm
-constexpr double kGradientSafety = 1.25;        // on the largest sampled gradient
+constexpr double kLargestExponent = 30.0;  // exp(-30) of the largest bump is 3e-12 mm: nothing is cut off visibly
+constexpr double kDifference = 1e-4;       // mm, of central differences: error about its square times third derivatives
+constexpr double kBandHeight = 10.0;       // mm
+constexpr double kGradientSafety = 1.25;   // on the largest sampled gradient
 constexpr double kEggPeak = 2.598076211353316;  // 1 / max(sin t cos² t) = 3 sqrt(3) / 2
 
 // Nodes and weights of the 8-point Gauss–Legendre rule on [-1, 1] (Abramowitz and Stegun, table 25.4); symmetric.
@@ -212,15 +213,16 @@ double StarTube::Level(const Slice& slice, const Eigen::Vector3d& p) {
 
 double StarTube::LevelAt(const Eigen::Vector3d& p) const { return Level(SliceAt(p.z()), p); }
 
-Eigen::Vector3d StarTube::LevelGradient(const Eigen::Vector3d& p) const {
-  constexpr double kStep = 1e-4;  // mm; error about kStep² times third derivatives
-  Eigen::Vector3d gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-    offset[axis] = kStep;
-    gradient[axis] = (LevelAt(p + offset) - LevelAt(p - offset)) / (2.0 * kStep);
-  }
-  return gradient;
+StarTube::SliceTriple StarTube::SlicesAbout(double z) const {
+  return {SliceAt(z), SliceAt(z - kDifference), SliceAt(z + kDifference)};
+}
+
+Eigen::Vector3d StarTube::LevelGradient(const SliceTriple& slices, const Eigen::Vector3d& p) {
+  const auto across = [&](const Eigen::Vector3d& offset) {
+    return (Level(slices.middle, p + offset) - Level(slices.middle, p - offset)) / (2.0 * kDifference);
+  };
+  return {across({kDifference, 0.0, 0.0}), across({0.0, kDifference, 0.0}),
+          (Level(slices.above, p) - Level(slices.below, p)) / (2.0 * kDifference)};
 }
 
 StarTube::Band StarTube::MeasureBand(double z0, double z1) const {
@@ -230,7 +232,8 @@ StarTube::Band StarTube::MeasureBand(double z0, double z1) const {
   Band band{kInfinity, -kInfinity, kInfinity, -kInfinity, 1.0};
   for (int i = 0; i <= kHeights; ++i) {
     const double z = z0 + (z1 - z0) * static_cast<double>(i) / static_cast<double>(kHeights);
-    const Slice slice = SliceAt(z);
+    const SliceTriple slices = SlicesAbout(z);
+    const Slice& slice = slices.middle;
     const double cap = std::sqrt(std::max(0.0, 1.0 - slice.closing));
     for (int j = 0; j < kAngles; ++j) {
       const double theta = kTwoPi * static_cast<double>(j) / static_cast<double>(kAngles);
@@ -238,8 +241,8 @@ StarTube::Band StarTube::MeasureBand(double z0, double z1) const {
       const double radius = UncappedRadius(slice, direction.x(), direction.y());
       const Eigen::Vector3d centre(slice.x, slice.y, z);
       // The gradient is largest on the surface, or (inside a cap's cylinder) at the uncapped radius.
-      const double on_surface = LevelGradient(centre + direction * (cap * radius)).norm();
-      const double on_cylinder = slice.closing > 0.0 ? LevelGradient(centre + direction * radius).norm() : 0.0;
+      const double on_surface = LevelGradient(slices, centre + direction * (cap * radius)).norm();
+      const double on_cylinder = slice.closing > 0.0 ? LevelGradient(slices, centre + direction * radius).norm() : 0.0;
       band.gradient = std::max({band.gradient, on_surface, on_cylinder});
       const Eigen::Vector3d p = centre + direction * (cap * radius);
       band.x_min = std::min(band.x_min, p.x());

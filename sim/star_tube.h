@@ -103,7 +103,12 @@ class StarTube {
   [[nodiscard]] static RadiusSlope UncappedRadiusSlope(const Slice& slice, double cosine, double sine);
   [[nodiscard]] static double Level(const Slice& slice, const Eigen::Vector3d& p);
   [[nodiscard]] double LevelAt(const Eigen::Vector3d& p) const;
-  [[nodiscard]] Eigen::Vector3d LevelGradient(const Eigen::Vector3d& p) const;
+  // The slice at one height and those that a central difference in z needs.
+  struct SliceTriple {
+    Slice middle, below, above;
+  };
+  [[nodiscard]] SliceTriple SlicesAbout(double z) const;
+  [[nodiscard]] static Eigen::Vector3d LevelGradient(const SliceTriple& slices, const Eigen::Vector3d& p);
   [[nodiscard]] double Area(double z, std::size_t points) const;
   [[nodiscard]] Band MeasureBand(double z0, double z1) const;
   [[nodiscard]] std::optional<Span> ClipToBands(const Ray& ray, double max_distance_mm) const;

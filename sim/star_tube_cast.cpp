@@ -60,7 +60,7 @@ std::optional<StarTube::Hit> StarTube::Cast(const Ray& ray, double max_distance_
   Eigen::Vector3d p = point_at(t);
   Slice slice = SliceAt(p.z());
   double level = Level(slice, p);
-  if (level <= 0.0) return Hit{t, LevelGradient(p).normalized()};
+  if (level <= 0.0) return Hit{t, LevelGradient(SlicesAbout(p.z()), p).normalized()};
   while (t < span->end) {
     const double next = std::min(t + std::max(level / span->gradient, kSmallestStep), span->end);
     p = point_at(next);
@@ -97,7 +97,8 @@ StarTube::Hit StarTube::Refine(const Ray& ray, double outside, double inside) co
       level_outside /= 2.0;
     }
   }
-  return {inside, LevelGradient(ray.origin + inside * ray.direction).normalized()};
+  const Eigen::Vector3d p = ray.origin + inside * ray.direction;
+  return {inside, LevelGradient(SlicesAbout(p.z()), p).normalized()};
 }
 
 }  // namespace annulus::sim
