@@ -56,8 +56,10 @@ std::vector<FrameStyle> MakeStyles() {
                  {0.86, 1.2 * kS, 1.2 * kS, 0.64})},
       {"rectangle", "low rectangle",
        FromWords({kQuiteSquare, kQuiteSquare, kSlightlySquare, kSlightlySquare}, {0.6, kS, 0.8 * kS, 0.62})},
-      {"boston", "flat top, round below, a little narrower at the bottom",
-       FromWords({kMiddle, kSlightlyRound, kQuiteRound, kExtremelyRound}, {0.88, 1.2 * kS, kS, 0.62})},
+      {"boston", "broad above, round below",
+       FromWords({kSlightlyRound, kSlightlyRound, kQuiteRound, kQuiteRound}, {0.88, 1.2 * kS, kS, 0.62})},
+      {"aviator", "flat above, cut away towards the nose below",
+       FromWords({kMiddle, kSlightlyRound, kQuiteRound, kExtremelyRound}, {0.88, kS, 0.8 * kS, 0.62})},
       {"wellington", "strong, broad top, eased lower corners",
        FromWords({kQuiteSquare, kSlightlySquare, kMiddle, kSlightlyRound}, {0.76, 1.6 * kS, 1.3 * kS, 0.6})},
   };
