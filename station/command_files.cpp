@@ -1,0 +1,201 @@
+// The commands that bring scans in and out: import, export, inspect.
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/csv_scan.h"
+#include "acquisition/recording.h"
+#include "modeling/exchange/model_json.h"
+#include "station/commands.h"
+#include "station/files.h"
+
+namespace annulus {
+namespace {
+
+struct ImportOptions {
+  std::string points;
+  std::string out;
+  bool force = false;
+};
+
+Status Import(const ImportOptions& options, CommandIo& io) {
+  RETURN_IF_ERROR(CheckReplacing(io.storage(), options.out, options.force ? Replacing::kForce : Replacing::kRefuse));
+  const auto scan = ReadCsvScan(io.storage(), options.points);
+  if (!scan) return Fail(scan);
+  return WriteRecording(io.storage(), options.out, *scan);
+}
+
+struct ExportOptions {
+  std::string scan;
+  std::string out;
+};
+
+bool EndsWith(const std::string& text, const std::string& ending) {
+  return text.size() >= ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+Status Export(const ExportOptions& options, CommandIo& io) {
+  const bool table = EndsWith(options.out, ".csv") || EndsWith(options.out, ".csv.gz");
+  if (!table && (EndsWith(options.out, ".mcap") || EndsWith(options.out, ".h5"))) {
+    return NotYet(io, "export to " + options.out);
+  }
+  if (!table) {
+    return Fail("export to " + options.out, "the format is not known from this name",
+                "give a name that ends in .csv or .csv.gz");
+  }
+  const auto scan = ReadRecording(io.storage(), options.scan);
+  if (!scan) return Fail(scan);
+  return WriteCsvScan(io.storage(), options.out, *scan);
+}
+
+using Json = nlohmann::ordered_json;
+
+Json InspectRecording(const Recording& recording) {
+  const Scan& scan = recording.scan;
+  std::size_t returns = 0;
+  double z_min = std::numeric_limits<double>::infinity();
+  double z_max = -z_min;
+  std::uint16_t sweeps = 0;
+  for (const ScanLevel& level : scan.levels) {
+    sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(level.sweep + 1));
+    for (const RangeReading& reading : level.readings) {
+      if (reading.range_mm == reading.range_mm) ++returns;
+      z_min = std::min(z_min, reading.z_mm);
+      z_max = std::max(z_max, reading.z_mm);
+    }
+  }
+  return {{"kind", "recording"},
+          {"finished", recording.report.finished},
+          {"levels", scan.levels.size()},
+          {"levels_lost", recording.report.levels_lost},
+          {"notes", recording.report.notes},
+          {"sweeps", sweeps},
+          {"sensors", scan.header.calibration.sensors.size()},
+          {"returns", returns},
+          {"z_min_mm", z_min},
+          {"z_max_mm", z_max},
+          {"ring_radius_mm", scan.header.ring_radius_mm},
+          {"profile", scan.header.profile},
+          {"station", scan.header.station_id},
+          {"source", scan.header.source},
+          {"program_version", scan.header.program_version},
+          {"seed", scan.header.seed},
+          {"axis_points", recording.axis.size()},
+          {"events", recording.events.size()},
+          {"hash", ScanHash(scan)}};
+}
+
+Json InspectModel(const SurfaceModel& model) {
+  Json surfaces = Json::array();
+  for (const SurfaceSegment& segment : model.segments) {
+    std::array<std::size_t, 3> cells{};
+    for (std::size_t row = 0; row < segment.knowledge.rows(); ++row) {
+      for (std::size_t column = 0; column < segment.knowledge.columns(); ++column) {
+        ++cells[static_cast<std::size_t>(segment.knowledge.Cell(column, row))];
+      }
+    }
+    surfaces.push_back({{"name", segment.name},
+                        {"z_min_mm", segment.surface.z_min()},
+                        {"z_max_mm", segment.surface.z_max()},
+                        {"coefficients", segment.surface.coefficients().size()},
+                        {"has_covariance", segment.normal_matrix.nonZeros() > 0},
+                        {"cells_measured", cells[2]},
+                        {"cells_inferred", cells[1]},
+                        {"cells_unknown", cells[0]}});
+  }
+  return {{"kind", "model"},
+          {"surfaces", surfaces},
+          {"noise_sigma_mm", model.noise_sigma_mm},
+          {"method", model.provenance.method},
+          {"recording_hash", model.provenance.recording_hash},
+          {"program_version", model.provenance.program_version}};
+}
+
+/// "key: value" lines of a flat JSON object, nested values as JSON.
+std::string AsText(const Json& json) {
+  std::string text;
+  for (const auto& [key, value] : json.items()) {
+    text += key + ": " + (value.is_string() ? value.get<std::string>() : value.dump()) + "\n";
+  }
+  return text;
+}
+
+struct InspectOptions {
+  std::string file;
+  std::string json;
+};
+
+Result<Json> InspectFile(const std::string& path, CommandIo& io) {
+  const auto bytes = io.storage().ReadAll(path, kMaxInputBytes);
+  if (!bytes) return Fail(bytes);
+  if (LooksLikeRecording(*bytes)) {
+    const auto recording = ParseRecording(*bytes, path);
+    if (!recording) return Fail(recording);
+    return InspectRecording(*recording);
+  }
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  // Our JSON files say what they are near the beginning.
+  const std::string_view head = text.substr(0, 400);
+  if (head.find("\"annulus-frame\"") != std::string_view::npos) {
+    const auto frame = FrameParametersFromJson(text, path);
+    if (!frame) return Fail(frame);
+    Json json{{"kind", "frame"}};
+    for (const FrameParameterField& field : FrameParameterFields())
+      json[std::string(field.key)] = (*frame).*(field.member);
+    return json;
+  }
+  if (head.find("\"annulus-worn\"") != std::string_view::npos) {
+    const auto worn = WornFrameFromJson(text, path);
+    if (!worn) return Fail(worn);
+    return Json{{"kind", "worn frame"},
+                {"width_mm", worn->parameters.width},
+                {"tilt_deg", DegreesFromRadians(worn->tilt)},
+                {"forward_shift_mm", worn->forward_shift},
+                {"clearance_mm", worn->clearance}};
+  }
+  if (head.find("\"annulus-model\"") != std::string_view::npos) {
+    const auto model = ModelFromJson(text, path);
+    if (!model) return Fail(model);
+    return InspectModel(*model);
+  }
+  return Fail("inspect " + path, "it is neither a recording nor a model, frame or worn frame of annulus",
+              "give a file that annulus wrote; points come in through 'annulus import'");
+}
+
+Status Inspect(const InspectOptions& options, CommandIo& io) {
+  const auto json = InspectFile(options.file, io);
+  if (!json) return Fail(json);
+  return options.json.empty() ? io.Print(AsText(*json)) : io.WriteJson(options.json, *json);
+}
+
+}  // namespace
+
+void AddImportCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<ImportOptions>();
+  CLI::App* command = app.add_subcommand("import", "bring a table of ranges (CSV, gzip or not) in as a recording");
+  command->add_option("points", options->points, "table with level, z_mm, sensor, theta_deg, range_mm")->required();
+  command->add_option("--out", options->out, "recording to write")->required()->type_name("SCAN");
+  command->add_flag("--force", options->force, "replace an existing recording");
+  command->footer("Example: annulus import points.csv.gz --out scan.mcap");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Import(*options, io); }; });
+}
+
+void AddExportCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<ExportOptions>();
+  CLI::App* command = app.add_subcommand("export", "write a recording as a table, with calibrated points");
+  command->add_option("scan", options->scan, "recording")->required();
+  command->add_option("--out", options->out, "table to write: F.csv or F.csv.gz")->required()->type_name("FILE");
+  command->footer("Example: annulus export scan.mcap --out points.csv.gz");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Export(*options, io); }; });
+}
+
+void AddInspectCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<InspectOptions>();
+  CLI::App* command = app.add_subcommand("inspect", "say what is in a recording, model, frame or worn frame");
+  command->add_option("file", options->file, "any file of ours")->required();
+  AddJsonOption(*command, options->json);
+  command->footer("Example: annulus inspect scan.mcap");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Inspect(*options, io); }; });
+}
+
+}  // namespace annulus

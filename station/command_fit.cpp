@@ -1,0 +1,206 @@
+// fit and eval: from a scan to a surface, and what the surface says at given places.
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/recording.h"
+#include "base/log.h"
+#include "modeling/measure/section.h"
+#include "station/commands.h"
+#include "station/files.h"
+#include "station/fit_scan.h"
+
+namespace annulus {
+namespace {
+
+enum class MethodName { kAdaptive, kUniform, kPaper };
+
+struct FitCommandOptions {
+  std::vector<std::string> scans;
+  std::string out;
+  MethodName method = MethodName::kAdaptive;
+  std::string report;
+  std::string report_image;
+  bool no_covariance = false;
+};
+
+/// An error about files names them: `fit scan.mcap` rather than `fit a surface`.
+Error About(Error error, const std::vector<std::string>& paths) {
+  std::string names;
+  for (const std::string& path : paths) names += (names.empty() ? "" : ", ") + path;
+  error.attempted = "fit " + names;
+  return error;
+}
+
+Status RunFit(const FitCommandOptions& options, CommandIo& io) {
+  if (options.method == MethodName::kPaper) return NotYet(io, "fit with --method paper");
+  std::vector<Scan> scans;
+  for (const std::string& path : options.scans) {
+    auto scan = ReadRecording(io.storage(), path);
+    if (!scan) return Fail(scan);
+    scans.push_back(std::move(*scan));
+  }
+  ProgressDisplay display(io.progress_mode());
+  TaskContext context;
+  context.stop = io.stop();
+  context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
+  FitOptions fit_options;
+  fit_options.method = options.method == MethodName::kUniform ? FitMethod::kUniform : FitMethod::kAdaptive;
+  auto fit = FitScans(scans, fit_options, context);
+  display.Clear();
+  if (!fit) return tl::unexpected(About(fit.error(), options.scans));
+  Log(LogLevel::kInfo, fit->fit.summary.BriefReport());
+  if (options.no_covariance) {
+    for (SurfaceSegment& segment : fit->fit.model.segments) segment.normal_matrix.resize(0, 0);
+  }
+  if (!options.report_image.empty()) {
+    const auto image = ResidualImage(*fit);
+    if (!image) return Fail(image);
+    RETURN_IF_ERROR(WritePngFile(io.storage(), options.report_image, *image));
+  }
+  if (!options.report.empty()) RETURN_IF_ERROR(io.WriteJson(options.report, FitReport(*fit)));
+  return WriteModelFile(io.storage(), options.out, fit->fit.model);
+}
+
+struct EvalOptions {
+  std::string model;
+  std::string points;
+  std::string out;
+};
+
+struct Place {
+  double theta_deg = 0.0;
+  double z = 0.0;
+};
+
+std::vector<std::string_view> Split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t comma = line.find(',');
+    fields.push_back(line.substr(0, comma));
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::optional<double> ParseNumber(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\r')) text.remove_suffix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// Places of a table with the columns theta_deg and z_mm (any order, others ignored).
+Result<std::vector<Place>> ParsePlaces(std::string_view text, const std::string& name) {
+  std::vector<Place> places;
+  std::optional<std::size_t> theta_column;
+  std::optional<std::size_t> z_column;
+  std::size_t number = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    ++number;
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    if (line.empty() || line.front() == '#') continue;
+    const std::vector<std::string_view> fields = Split(line);
+    const std::string where = "line " + std::to_string(number);
+    if (!theta_column) {
+      for (std::size_t k = 0; k < fields.size(); ++k) {
+        if (fields[k] == "theta_deg") theta_column = k;
+        if (fields[k] == "z_mm") z_column = k;
+      }
+      if (!theta_column || !z_column) {
+        return Fail("read " + name, where + ": no columns theta_deg and z_mm", "begin the table with 'theta_deg,z_mm'");
+      }
+      continue;
+    }
+    const std::size_t last = std::max(*theta_column, *z_column);
+    const auto theta = last < fields.size() ? ParseNumber(fields[*theta_column]) : std::nullopt;
+    const auto z = last < fields.size() ? ParseNumber(fields[*z_column]) : std::nullopt;
+    if (!theta || !z)
+      return Fail("read " + name, where + ": theta_deg and z_mm are not two numbers", "correct this line");
+    places.push_back({*theta, *z});
+  }
+  if (!theta_column) return Fail("read " + name, "it has no lines", "begin the table with 'theta_deg,z_mm'");
+  return places;
+}
+
+/// Shortest text that reads back to the same number.
+std::string Number(double value) {
+  std::array<char, 40> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() ? std::string(text.data(), end) : std::string();
+}
+
+std::string EvalLine(const MeasuredSurface& body, const Place& place) {
+  static constexpr std::array<const char*, 3> kNames{"unknown", "inferred", "measured"};
+  const double theta = RadiansFromDegrees(place.theta_deg);
+  const Knowledge knowledge = body.KnowledgeAt(theta, place.z);
+  std::string line = Number(place.theta_deg) + "," + Number(place.z) + ",";
+  if (knowledge == Knowledge::kUnknown) return line + ",,,,,,,unknown\n";
+  const Eigen::Vector3d point = body.surface().Point(theta, place.z);
+  const Eigen::Vector3d normal = body.surface().Normal(theta, place.z);
+  line += Number(body.surface().Radius(theta, place.z));
+  for (const double value : {point.x(), point.y(), normal.x(), normal.y(), normal.z()}) line += "," + Number(value);
+  const double sigma = body.RadiusSigma(theta, place.z);
+  line += "," + (std::isfinite(sigma) ? Number(sigma) : std::string());
+  return line + "," + kNames[static_cast<std::size_t>(knowledge)] + "\n";
+}
+
+Status RunEval(const EvalOptions& options, CommandIo& io) {
+  const auto model = ReadModelFile(io.storage(), options.model);
+  if (!model) return Fail(model);
+  const auto text = ReadTextFile(io.storage(), options.points);
+  if (!text) return Fail(text);
+  const auto places = ParsePlaces(*text, options.points);
+  if (!places) return Fail(places);
+  const auto body = MeasuredSurface::FromModel(*model);
+  if (!body) return Fail(body);
+  ProgressDisplay display(io.progress_mode());
+  std::string table = "theta_deg,z_mm,r_mm,x_mm,y_mm,nx,ny,nz,sigma_mm,measured\n";
+  for (std::size_t k = 0; k < places->size(); ++k) {
+    table += EvalLine(*body, (*places)[k]);
+    if (k % 4096 == 0) display.Show("evaluating", static_cast<double>(k), static_cast<double>(places->size()));
+    if (io.stop().stop_requested()) return tl::unexpected(InterruptedError("evaluate " + options.model));
+  }
+  display.Clear();
+  return io.WriteText(options.out, table);
+}
+
+}  // namespace
+
+void AddFitCommand(CLI::App& app, CommandWork& chosen) {
+  static const std::map<std::string, MethodName> kMethods{
+      {"adaptive", MethodName::kAdaptive}, {"uniform", MethodName::kUniform}, {"paper", MethodName::kPaper}};
+  auto options = std::make_shared<FitCommandOptions>();
+  CLI::App* command = app.add_subcommand("fit", "fit one smooth surface to the returns of a scan");
+  command->add_option("scans", options->scans, "recordings of one person")->required();
+  command->add_option("--out", options->out, "model to write")->required()->type_name("MODEL.json");
+  command->add_option("--method", options->method, "adaptive (default), uniform or paper")
+      ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
+      ->type_name("METHOD");
+  command->add_option("--report", options->report, "write a report of the fit (- is standard output)")
+      ->type_name("F.json");
+  command->add_option("--report-image", options->report_image, "draw the residuals")->type_name("F.png");
+  command->add_flag("--no-covariance", options->no_covariance, "leave the normal matrix out of the model");
+  command->footer("Example: annulus fit scan.mcap --out model.json --report report.json");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFit(*options, io); }; });
+}
+
+void AddEvalCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<EvalOptions>();
+  CLI::App* command = app.add_subcommand("eval", "radius, point, normal and uncertainty at given places of a model");
+  command->add_option("model", options->model, "model")->required();
+  command->add_option("--points", options->points, "table with theta_deg,z_mm")->required()->type_name("IN.csv");
+  command->add_option("--out", options->out, "table to write")->required()->type_name("OUT.csv");
+  command->footer("Example: annulus eval model.json --points places.csv --out answers.csv");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunEval(*options, io); }; });
+}
+
+}  // namespace annulus

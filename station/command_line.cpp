@@ -1,0 +1,131 @@
+#include "station/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <string_view>
+
+#include "base/ensure.h"
+#include "station/commands.h"
+
+namespace annulus {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kWrongUsage = 2;
+constexpr int kInterrupted = 130;
+
+/// Commands of the design that a later version brings.
+struct LaterCommand {
+  const char* name;
+  const char* purpose;
+};
+constexpr std::array<LaterCommand, 20> kLater{{{"replay", "re-run a scan from its recorded bytes"},
+                                               {"recover", "save what is sound of a damaged recording"},
+                                               {"calibrate", "solve for the ring's geometry and offsets"},
+                                               {"landmarks", "find landmarks, or set them by hand"},
+                                               {"compare", "differences of two models with significance"},
+                                               {"region", "area and volume cut by two planes"},
+                                               {"distance", "distances along the surface"},
+                                               {"clay", "reshape as clay"},
+                                               {"elastic", "reshape as an elastic body"},
+                                               {"flatten", "flat patterns"},
+                                               {"wrinkly", "wrinkly surfaces"},
+                                               {"convert", "other file formats"},
+                                               {"sim-devices", "simulated devices on real buses"},
+                                               {"doctor", "check buses and devices"},
+                                               {"boothd", "the process that owns the devices"},
+                                               {"serve", "the operator's console"},
+                                               {"store", "customers, scans and their files"},
+                                               {"rebuild", "derive everything again from recordings"},
+                                               {"batch", "many scans at once"},
+                                               {"support-bundle", "collect what support needs"}}};
+
+int PrintError(const Error& error, int code) {
+  const std::string line = "annulus: " + error.Text() + "\n";
+  std::fputs(line.c_str(), stderr);
+  return code;
+}
+
+/// The innermost command that was given.
+const CLI::App* Innermost(const CLI::App& app) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  return command;
+}
+
+void AddProgressOption(CLI::App& app, ProgressMode& mode) {
+  static const std::map<std::string, ProgressMode> kModes{
+      {"auto", ProgressMode::kAuto}, {"json", ProgressMode::kJson}, {"none", ProgressMode::kNone}};
+  app.add_option("--progress", mode, "progress on stderr: auto (terminals only), json (one object per line), none")
+      ->transform(CLI::CheckedTransformer(kModes, CLI::ignore_case).description(""))
+      ->type_name("auto|json|none");
+}
+
+int Run(const CommandWork& chosen, CommandIo& io) {
+  ENSURE(chosen, "every command has its work");
+  const Status status = chosen(io);
+  if (io.stop().stop_requested() && !status) return PrintError(status.error(), kInterrupted);
+  return status ? 0 : PrintError(status.error(), io.failure_code());
+}
+
+}  // namespace
+
+const char* ProgramVersion() { return ANNULUS_VERSION; }
+
+Status NotYet(CommandIo& io, const std::string& what) {
+  io.set_failure_code(kWrongUsage);
+  return Fail(what, "not yet in version " + std::string(ProgramVersion()), "see 'annulus --help' for what there is");
+}
+
+void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen) {
+  CLI::App* command = parent.add_subcommand(name, purpose + " (not yet)");
+  command->allow_extras();
+  command->callback([&chosen, name] { chosen = [name](CommandIo& io) { return NotYet(io, "run '" + name + "'"); }; });
+}
+
+void AddJsonOption(CLI::App& command, std::string& target) {
+  command.add_option("--json", target, "write the result as JSON to FILE; - is standard output")->type_name("FILE");
+}
+
+int RunCommandLine(int argc, const char* const* argv, const std::stop_token& stop) {
+  CLI::App app("annulus: scans people with a ring of range sensors, measures them and makes their glasses", "annulus");
+  app.set_version_flag("--version", std::string("annulus ") + ProgramVersion());
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer("Example: annulus demo --out annulus-demo");
+  ProgressMode progress = ProgressMode::kAuto;
+  AddProgressOption(app, progress);
+  CommandWork chosen;
+  for (const auto& add :
+       {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand, AddFitCommand,
+        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddMeasureCommand, AddGlassesCommand, AddRenderCommand}) {
+    add(app, chosen);
+  }
+  for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);
+
+  PosixStorage storage;
+  CommandIo io(storage, stop);
+  try {
+    app.parse(argc, argv);
+    io.set_progress_mode(progress);
+    return Run(chosen, io);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);  // --help, --version
+  } catch (const CLI::ParseError& error) {
+    const CLI::App* command = Innermost(app);
+    const std::string attempted =
+        command == &app ? "read the command line" : "read the options of '" + command->get_name() + "'";
+    const std::string help = command == &app ? "annulus --help" : "annulus " + command->get_name() + " --help";
+    return PrintError({attempted, error.what(), "see '" + help + "'"}, kWrongUsage);
+  } catch (const LogicError& error) {
+    return PrintError({"run the command", error.what(), "please report this with the command that you gave"}, kFailed);
+  } catch (const std::bad_alloc&) {
+    return PrintError({"run the command", "out of memory", "give a smaller input or use a larger machine"}, kFailed);
+  }
+}
+
+}  // namespace annulus

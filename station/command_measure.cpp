@@ -1,0 +1,156 @@
+// section, slab and measure: numbers from a model.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "modeling/measure/section.h"
+#include "modeling/measure/table.h"
+#include "station/commands.h"
+#include "station/files.h"
+#include "station/measurement_output.h"
+
+namespace annulus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A model and its measured surface, which borrows it.
+struct LoadedModel {
+  std::unique_ptr<const SurfaceModel> model;
+  MeasuredSurface body;
+};
+
+Result<LoadedModel> Load(CommandIo& io, const std::string& path) {
+  auto model = ReadModelFile(io.storage(), path);
+  if (!model) return Fail(model);
+  auto owned = std::make_unique<const SurfaceModel>(std::move(*model));
+  auto body = MeasuredSurface::FromModel(*owned);
+  if (!body) return Fail(body);
+  return LoadedModel{std::move(owned), *body};
+}
+
+struct SectionOptions {
+  std::string model;
+  double z_mm = 0.0;
+  std::string json;
+};
+
+Status RunSection(const SectionOptions& options, CommandIo& io) {
+  const auto loaded = Load(io, options.model);
+  if (!loaded) return Fail(loaded);
+  const auto s = MeasureSection(loaded->body, options.z_mm);
+  if (!s) return Fail(s);
+  if (options.json.empty()) {
+    return io.Print(fmt::format("section at z = {:.1f} mm ({:.1f} % measured)\n", s->z, 100.0 * s->measured_share) +
+                    fmt::format("  perimeter {:10.2f} mm   ± {:.2f} (1 sd)\n", s->perimeter.value, s->perimeter.sigma) +
+                    fmt::format("  tape      {:10.2f} mm   ± {:.2f}\n", s->tape.value, s->tape.sigma) +
+                    fmt::format("  area      {:10.1f} mm²  ± {:.1f}\n", s->area.value, s->area.sigma));
+  }
+  return io.WriteJson(options.json, {{"z_mm", s->z},
+                                     {"perimeter_mm", s->perimeter.value},
+                                     {"tape_mm", s->tape.value},
+                                     {"area_mm2", s->area.value},
+                                     {"perimeter_sigma_mm", JsonNumber(s->perimeter.sigma)},
+                                     {"tape_sigma_mm", JsonNumber(s->tape.sigma)},
+                                     {"area_sigma_mm2", JsonNumber(s->area.sigma)},
+                                     {"measured_share", s->measured_share}});
+}
+
+struct SlabOptions {
+  std::string model;
+  double z_min_mm = 0.0;
+  double z_max_mm = 0.0;
+  std::string json;
+};
+
+Status RunSlab(const SlabOptions& options, CommandIo& io) {
+  const auto loaded = Load(io, options.model);
+  if (!loaded) return Fail(loaded);
+  const auto s = MeasureSlab(loaded->body, options.z_min_mm, options.z_max_mm);
+  if (!s) return Fail(s);
+  if (options.json.empty()) {
+    return io.Print(fmt::format("slab from z = {:.1f} to {:.1f} mm ({:.1f} % measured)\n", s->z_min, s->z_max,
+                                100.0 * s->measured_share) +
+                    fmt::format("  volume {:12.0f} mm³  ± {:.0f} (1 sd)\n", s->volume.value, s->volume.sigma) +
+                    fmt::format("  area   {:12.0f} mm²  ± {:.0f}\n", s->area.value, s->area.sigma));
+  }
+  return io.WriteJson(options.json, {{"z_min_mm", s->z_min},
+                                     {"z_max_mm", s->z_max},
+                                     {"volume_mm3", s->volume.value},
+                                     {"area_mm2", s->area.value},
+                                     {"volume_sigma_mm3", JsonNumber(s->volume.sigma)},
+                                     {"area_sigma_mm2", JsonNumber(s->area.sigma)},
+                                     {"measured_share", s->measured_share}});
+}
+
+struct MeasureOptions {
+  std::string model;
+  std::string landmarks;
+  std::vector<std::string> out;
+  std::string json;
+};
+
+Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
+  if (!options.landmarks.empty()) return NotYet(io, "measure with --landmarks");
+  for (const std::string& path : options.out) {
+    if (!path.ends_with(".json") && !path.ends_with(".csv")) return NotYet(io, "write measurements to " + path);
+    if (path.ends_with(".freesewing.json")) return NotYet(io, "write measurements to " + path);
+  }
+  const auto loaded = Load(io, options.model);
+  if (!loaded) return Fail(loaded);
+  ProgressDisplay display(io.progress_mode());
+  TaskContext context;
+  context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
+  const auto table = MeasureTable(loaded->body, context);
+  display.Clear();
+  if (!table) {
+    Error error = table.error();
+    error.attempted = "measure " + options.model;
+    return tl::unexpected(error);
+  }
+  for (const std::string& path : options.out) {
+    RETURN_IF_ERROR(path.ends_with(".csv") ? io.WriteText(path, MeasurementsToCsv(*table))
+                                           : io.WriteJson(path, MeasurementsToJson(*table)));
+  }
+  if (!options.json.empty()) return io.WriteJson(options.json, MeasurementsToJson(*table));
+  return options.out.empty() ? io.Print(MeasurementsToText(*table)) : Status{};
+}
+
+}  // namespace
+
+void AddSectionCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<SectionOptions>();
+  CLI::App* command = app.add_subcommand("section", "perimeter, tape and area of a horizontal section");
+  command->add_option("model", options->model, "model")->required();
+  command->add_option("--z", options->z_mm, "height of the section, mm")->required()->type_name("MM");
+  AddJsonOption(*command, options->json);
+  command->footer("Example: annulus section model.json --z 1050 --json -");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunSection(*options, io); }; });
+}
+
+void AddSlabCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<SlabOptions>();
+  CLI::App* command = app.add_subcommand("slab", "volume and skin area between two heights");
+  command->add_option("model", options->model, "model")->required();
+  command->add_option("--z-min", options->z_min_mm, "lower plane, mm")->required()->type_name("A");
+  command->add_option("--z-max", options->z_max_mm, "upper plane, mm")->required()->type_name("B");
+  AddJsonOption(*command, options->json);
+  command->footer("Example: annulus slab model.json --z-min 900 --z-max 1200 --json -");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunSlab(*options, io); }; });
+}
+
+void AddMeasureCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<MeasureOptions>();
+  CLI::App* command = app.add_subcommand("measure", "the table of measurements, each with its uncertainty");
+  command->add_option("model", options->model, "model")->required();
+  command->add_option("--landmarks", options->landmarks, "landmarks set by hand (not yet)")->type_name("F");
+  command->add_option("--out", options->out, "table to write: F.json or F.csv; may be repeated")->type_name("F");
+  AddJsonOption(*command, options->json);
+  command->footer("Example: annulus measure model.json --out table.csv");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunMeasure(*options, io); }; });
+}
+
+}  // namespace annulus

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <functional>
+#include <string>
+
+#include "base/result.h"
+#include "station/command_io.h"
+
+namespace annulus {
+
+/// The work of the command that was chosen on the command line.
+using CommandWork = std::function<Status(CommandIo&)>;
+
+/// Adds one command to the program: its options and help, and what to store in `chosen` when it is given.
+/// `chosen` must outlive `app`.
+void AddDemoCommand(CLI::App& app, CommandWork& chosen);
+void AddScanCommand(CLI::App& app, CommandWork& chosen);
+void AddImportCommand(CLI::App& app, CommandWork& chosen);
+void AddExportCommand(CLI::App& app, CommandWork& chosen);
+void AddInspectCommand(CLI::App& app, CommandWork& chosen);
+void AddFitCommand(CLI::App& app, CommandWork& chosen);
+void AddEvalCommand(CLI::App& app, CommandWork& chosen);
+void AddSectionCommand(CLI::App& app, CommandWork& chosen);
+void AddSlabCommand(CLI::App& app, CommandWork& chosen);
+void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
+void AddGlassesCommand(CLI::App& app, CommandWork& chosen);
+void AddRenderCommand(CLI::App& app, CommandWork& chosen);
+
+/// Adds a command of the design that a later version brings; it says so and exits 2.
+void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen);
+
+/// The error of something that a later version brings; sets exit code 2.
+[[nodiscard]] Status NotYet(CommandIo& io, const std::string& what);
+
+/// Adds the option --json FILE ("-" = stdout) to a command that has a machine-readable result.
+void AddJsonOption(CLI::App& command, std::string& target);
+
+}  // namespace annulus

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "base/storage.h"
+
+namespace annulus {
+
+/// Which bus the ring hangs on.
+enum class RingBus { kSimulated, kUsb, kCan };
+
+/// [ring]
+struct RingConfig {
+  RingBus bus = RingBus::kSimulated;
+  double radius_mm = 600.0;
+  std::map<std::uint32_t, std::uint16_t> boards;  ///< Board serial → first sensor; empty: as the boards say.
+};
+
+/// [profile.NAME]: overrides of a built-in profile, or a profile of its own.
+struct ProfileConfig {
+  std::optional<double> z_top_mm;  ///< Empty: "auto".
+  std::optional<double> z_bottom_mm;
+  std::optional<double> pitch_mm;
+  std::optional<double> speed_mm_s;
+  std::optional<std::uint32_t> sweeps;
+  std::optional<double> level_rate_hz;
+};
+
+/// [sim]: who stands in the simulated booth, and how well the sensors see.
+struct SimConfig {
+  std::uint64_t seed = 1;
+  std::string subject = "body";  ///< "body", "head", or a mesh file (.obj, .ply, .stl).
+  double subject_scale = 1.0;    ///< Of a mesh file, mm per unit.
+  bool subject_y_up = false;     ///< A mesh file whose y axis is up.
+  double noise_mm = 0.5;
+  double dropout_rate = 0.01;
+  double outlier_rate = 0.002;
+  double sway = 0.0;       ///< 0 none, 1 as people sway.
+  double breathing = 0.0;  ///< Relative growth of the chest's radius.
+  bool hair = false;
+  bool spectacles = false;
+  bool dark_patches = false;
+};
+
+/// A station's configuration (docs/config.md). Unknown keys are errors.
+struct Config {
+  std::string station_id = "sim";
+  RingConfig ring;
+  std::string axis_link = "sim";
+  std::map<std::string, ProfileConfig> profiles;
+  std::string calibration_file;
+  SimConfig sim;
+};
+
+/// The built-in configuration `sim`: a simulated booth, nothing else needed.
+[[nodiscard]] Config SimulatedConfig();
+
+/// Reads a TOML configuration. `name` is what messages call it. Errors name line and key.
+[[nodiscard]] Result<Config> ParseConfig(std::string_view toml, const std::string& name);
+
+/// `path` is a file, or "sim" for the built-in configuration.
+[[nodiscard]] Result<Config> ReadConfig(Storage& storage, const std::string& path);
+
+}  // namespace annulus

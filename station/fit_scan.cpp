@@ -1,0 +1,119 @@
+#include "station/fit_scan.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "render/plot.h"
+#include "station/command_line.h"
+
+namespace annulus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ForegroundToJson(const ForegroundObject& object) {
+  return {{"z_min_mm", object.z_min},
+          {"z_max_mm", object.z_max},
+          {"theta_deg", DegreesFromRadians(object.theta)},
+          {"returns", object.samples}};
+}
+
+}  // namespace
+
+Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
+  ScanFit result;
+  std::string hashes;
+  std::uint16_t first_sweep = 0;
+  for (const Scan& scan : scans) {
+    std::uint16_t sweeps = 0;
+    for (SurfaceSample& sample : BuildSamples(scan)) {
+      sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(sample.sweep + 1));
+      sample.sweep = static_cast<std::uint16_t>(sample.sweep + first_sweep);
+      result.samples.push_back(sample);
+    }
+    first_sweep = static_cast<std::uint16_t>(first_sweep + sweeps);
+    hashes += (hashes.empty() ? "" : " ") + ScanHash(scan);
+  }
+  auto fit = FitSurface(result.samples, options, context);
+  if (!fit) return Fail(fit);
+  result.fit = std::move(*fit);
+  Provenance& provenance = result.fit.model.provenance;
+  provenance.recording_hash = hashes;
+  provenance.calibration_hash = ScanHash({scans.front().header, {}});  // of the geometry alone
+  provenance.program_version = ProgramVersion();
+  provenance.seed = scans.front().header.seed;
+  return result;
+}
+
+Json FitReport(const ScanFit& fit) {
+  const FitSummary& s = fit.fit.summary;
+  Json rejected = Json::array();
+  for (const RejectedSample& sample : s.rejected) {
+    const SurfaceSample& at = fit.samples[sample.index];
+    rejected.push_back({{"sweep", at.sweep},
+                        {"level", at.level},
+                        {"sensor", at.sensor},
+                        {"radius_mm", at.radius},
+                        {"reason", sample.reason == SampleVerdict::kForeground ? "foreground" : "outlier"}});
+  }
+  Json segments = Json::array();
+  for (const SurfaceSegment& segment : fit.fit.model.segments) {
+    segments.push_back(
+        {{"name", segment.name}, {"z_min_mm", segment.surface.z_min()}, {"z_max_mm", segment.surface.z_max()}});
+  }
+  Json foreground = Json::array();
+  for (const ForegroundObject& object : s.foreground) foreground.push_back(ForegroundToJson(object));
+  return {{"termination", s.termination},
+          {"time_s",
+           {{"screening", s.times.screening_s},
+            {"smoothing", s.times.smoothing_s},
+            {"solve", s.times.solve_s},
+            {"polish", s.times.polish_s},
+            {"knowledge", s.times.knowledge_s},
+            {"total", s.times.total_s}}},
+          {"method", fit.fit.model.provenance.method},
+          {"samples", s.samples},
+          {"used", s.used},
+          {"coefficients", s.coefficients},
+          {"effective_parameters", s.effective_parameters},
+          {"rms_mm", s.rms_mm},
+          {"noise_sigma_mm", s.noise_sigma_mm},
+          {"lambda_mm2", s.lambda},
+          {"cost_start", s.cost_start},
+          {"cost_end", s.cost_end},
+          {"iterations", s.iterations},
+          {"segments", segments},
+          {"foreground", foreground},
+          {"rejected", rejected}};
+}
+
+Result<RgbImage> ResidualImage(const ScanFit& fit) {
+  constexpr Eigen::Index kColumns = 180;
+  constexpr Eigen::Index kMaxRows = 360;
+  const SplineSurface& surface = fit.fit.model.main().surface;
+  const double height = surface.z_max() - surface.z_min();
+  const auto rows = std::min(kMaxRows, static_cast<Eigen::Index>(fit.fit.model.main().knowledge.rows()));
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows, kColumns);
+  Eigen::MatrixXd count = Eigen::MatrixXd::Zero(rows, kColumns);
+  std::vector<char> rejected(fit.samples.size(), 0);
+  for (const RejectedSample& sample : fit.fit.summary.rejected) rejected[sample.index] = 1;
+  for (std::size_t k = 0; k < fit.samples.size(); ++k) {
+    if (rejected[k] != 0) continue;
+    const SurfaceSample& s = fit.samples[k];
+    const auto column = static_cast<Eigen::Index>(std::lround(s.theta / kTwoPi * double(kColumns))) % kColumns;
+    const double down = (surface.z_max() - s.z) / height;  // row 0 is the top
+    const auto row = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(down * double(rows)), 0, rows - 1);
+    sum(row, column) += s.radius - surface.Radius(s.theta, s.z);
+    count(row, column) += 1.0;
+  }
+  HeatMapStyle style;
+  style.title = "Residuals: measured - surface";
+  style.unit = "mm";
+  style.y_from = surface.z_min();
+  style.y_to = surface.z_max();
+  style.minimum = -3.0 * std::max(fit.fit.summary.noise_sigma_mm, 0.1);
+  style.maximum = -style.minimum;
+  return RenderHeatMap((sum.array() / count.array()).matrix(), style);  // 0/0 is nan: drawn grey
+}
+
+}  // namespace annulus

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "acquisition/scan.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "fitting/fit_surface.h"
+#include "render/image.h"
+
+namespace annulus {
+
+/// A fit with the samples it was made of (FitSummary's indices point into them).
+struct ScanFit {
+  std::vector<SurfaceSample> samples;
+  FitResult fit;
+};
+
+/// Samples of one or more scans of the same person, fitted together; provenance filled in. Fails as FitSurface.
+Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context);
+
+/// The report of `fit --report`: keys of DESIGN (time_s, coefficients, rms_mm, rejected, segments,
+/// effective_parameters) and more.
+[[nodiscard]] nlohmann::ordered_json FitReport(const ScanFit& fit);
+
+/// The residual map of `fit --report-image`: mean residual per cell over theta and z, nan where nothing was used.
+[[nodiscard]] Result<RgbImage> ResidualImage(const ScanFit& fit);
+
+}  // namespace annulus
