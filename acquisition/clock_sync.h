@@ -10,10 +10,10 @@
 namespace annulus {
 
 struct ClockSyncOptions {
-  std::size_t window = 128;        ///< Exchanges kept.
-  double drift_sigma_ppm = 100.0;  ///< What crystals are expected to be off by; keeps short windows from guessing.
-  double floor_sigma_us = 5.0;     ///< Scatter of the fastest exchanges.
-  double max_jump_us = 20'000.0;   ///< A device clock further than this from its own history has jumped.
+  std::size_t window = 128;       ///< Exchanges kept.
+  double drift_sigma_ppm = 50.0;  ///< What crystals are expected to be off by; keeps short windows from guessing.
+  double floor_sigma_us = 5.0;    ///< Scatter of the fastest exchanges.
+  double max_jump_us = 20'000.0;  ///< A device clock further than this from its own history has jumped.
 };
 
 /// Turns one device's time into the host's, from exchanges. Least squares over the window for

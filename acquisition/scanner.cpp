@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <stop_token>
 #include <utility>
 
 #include "acquisition/level_stamper.h"
@@ -68,6 +67,8 @@ class ScanRun {
   Status Step();
   Status WaitForRest(nanoseconds deadline, const char* what);
   Status SampleAxis();
+  /// A pause, then a look at the axis and at a board's clock: the more of them, the better the clocks are known.
+  Status Watch();
   Status ReadBoardClock();
   Status HandOn();
   Status HandOnLevel(ScanLevel level);
@@ -130,8 +131,7 @@ Status ScanRun::Home() {
     if (clock_.Now() >= deadline) {
       return Fail("home the axis", "the home switch was not found in 90 s", "check the home switch and its wire");
     }
-    clock_.SleepUntil(clock_.Now() + kPollPause);
-    RETURN_IF_ERROR(SampleAxis());
+    RETURN_IF_ERROR(Watch());
   }
   return Stopping() ? Status{} : Note("axis homed");
 }
@@ -161,8 +161,7 @@ Status ScanRun::GoTo(double z_mm) {
 
 Status ScanRun::WaitForRest(nanoseconds deadline, const char* what) {
   do {
-    clock_.SleepUntil(clock_.Now() + kPollPause);
-    RETURN_IF_ERROR(SampleAxis());
+    RETURN_IF_ERROR(Watch());
     if (clock_.Now() >= deadline) return Fail(what, "the axis does not come to rest", "look for an obstacle");
   } while (position_.moving && !Stopping());
   return {};
@@ -185,6 +184,12 @@ Status ScanRun::SampleAxis() {
   position_ = *position;
   RETURN_IF_ERROR(stamper_.AddPosition(position_));
   return collecting_ ? sink_.AppendAxis(stamper_.HostTime(position_), position_.z.value()) : Status{};
+}
+
+Status ScanRun::Watch() {
+  clock_.SleepUntil(clock_.Now() + kPollPause);
+  RETURN_IF_ERROR(ReadBoardClock());
+  return SampleAxis();
 }
 
 Status ScanRun::ReadBoardClock() {
@@ -220,7 +225,9 @@ Status ScanRun::HandOn() {
 
 Status ScanRun::HandOnLevel(ScanLevel level) {
   std::int64_t index = last_index_ + 1;
-  if (!plan_.parked()) {
+  if (plan_.parked()) {
+    if (index >= summary_.planned_levels) return {};
+  } else {
     // The nearest planned level, counted in the sweep's direction.
     const std::int64_t last = plan_.SweepLevels(sweep_) - 1;
     const std::int64_t from_top = std::llround((plan_.SweepTop(sweep_) - MeanHeight(level)) / plan_.sweep_pitch_mm());
@@ -364,67 +371,6 @@ Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& pla
   if (done) done = run.Finish();
   if (!done) return tl::unexpected<Error>(run.Abort(done.error()));
   return run.summary();
-}
-
-namespace {
-
-constexpr double kSearchPitchMm = 5.0;
-constexpr double kSearchSpeed = 150.0;
-/// A level meets the subject when this share of the sensors says so: a lone false return is not a head.
-constexpr double kSearchShare = 1.0 / 6.0;
-constexpr int kSearchLevels = 2;
-
-/// Asks for a stop as soon as levels in a row meet something.
-class TopFinder final : public LevelSink {
- public:
-  Status AppendLevel(const ScanLevel& level) override {
-    if (top_) return {};
-    const auto met = std::count_if(level.readings.begin(), level.readings.end(),
-                                   [](const RangeReading& reading) { return std::isfinite(reading.range_mm); });
-    if (static_cast<double>(met) < kSearchShare * static_cast<double>(level.readings.size())) {
-      in_a_row_ = 0;
-      return {};
-    }
-    if (in_a_row_++ == 0) first_mm_ = MeanHeight(level);
-    if (in_a_row_ == kSearchLevels) {
-      top_ = first_mm_;
-      stop_.request_stop();
-    }
-    return {};
-  }
-  Status AppendAxis(nanoseconds, double) override { return {}; }
-  Status AppendEvent(nanoseconds, const std::string&) override { return {}; }
-
-  [[nodiscard]] std::stop_source& stop() { return stop_; }
-  [[nodiscard]] std::optional<double> top() const { return top_; }
-
- private:
-  std::stop_source stop_;
-  std::optional<double> top_;
-  double first_mm_ = 0.0;
-  int in_a_row_ = 0;
-};
-
-}  // namespace
-
-Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task) {
-  const AxisLimits& limits = axis.identity().limits;
-  ScanPlan plan;
-  plan.profile = "search";
-  plan.pitch_mm = kSearchPitchMm;
-  plan.speed_mm_s = std::min(kSearchSpeed, limits.max_speed.value());
-  plan.level_rate_hz = plan.speed_mm_s / kSearchPitchMm;
-  const double run_up = RunUp(plan, limits).value();
-  plan.z_top_mm = limits.z_max.value() - run_up;
-  plan.z_bottom_mm = std::max(0.0, limits.z_min.value() + run_up);
-  TopFinder finder;
-  const std::stop_callback pass_on(task.stop, [&finder] { finder.stop().request_stop(); });
-  const auto searched = RunScan(ring, axis, plan, finder, clock, {task.progress, finder.stop().get_token()});
-  if (!searched) return Fail(searched);
-  if (finder.top()) return Millimetres(*finder.top());
-  if (searched->cancelled) return Fail("find the subject's top", "stopped on request", "start again");
-  return Fail("find the subject's top", "nothing in the ring between its top and the floor",
-              "ask the subject to stand in the middle of the ring");
 }
 
 }  // namespace annulus

@@ -62,9 +62,14 @@ const char* StateText(ScanAxis::State state) {
 class ModbusScanAxis final : public ScanAxis {
  public:
   ModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock, ModbusAxisOptions options)
-      : link_(link), map_(map), clock_(clock), options_(options), command_(map.CommandBlock().count, 0),
+      : link_(link),
+        map_(map),
+        clock_(clock),
+        options_(options),
+        command_(map.CommandBlock().count, 0),
         // Not always from 0: a reply to a program that ran a moment ago must not fit by chance.
-        counter_(static_cast<std::uint16_t>(std::chrono::duration_cast<std::chrono::milliseconds>(clock.Now()).count())) {}
+        counter_(
+            static_cast<std::uint16_t>(std::chrono::duration_cast<std::chrono::milliseconds>(clock.Now()).count())) {}
 
   Status Identify();
 
@@ -293,6 +298,8 @@ Status ModbusScanAxis::MoveTo(Millimetres z, MillimetresPerSecond speed) {
         "speed " + std::to_string(speed.value()) + " mm/s is not in 0 to " + std::to_string(limits.max_speed.value()),
         "correct the scan plan");
   }
+  // Homing leaves its start bit set; the drive wants to see it rise again.
+  RETURN_IF_ERROR(Order(control_word::kEnableOperation));
   const auto thousandths = [](double value) { return std::llround(value * 1000.0); };
   SetCommandLong(map_.target_position, static_cast<std::uint32_t>(static_cast<std::int32_t>(thousandths(z.value()))));
   SetCommandLong(map_.profile_speed, static_cast<std::uint32_t>(thousandths(speed.value())));

@@ -3,11 +3,11 @@
 #include <deque>
 #include <limits>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "base/ensure.h"
 #include "firmware_iface/range_ring.h"
+#include "firmware_iface/ring_boards.h"
 #include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
@@ -41,30 +41,6 @@ struct BoardLink {
   double losses = 0.0;              ///< Leaky bucket.
   int bad_transfers = 0;            ///< In a row.
 };
-
-UsbRequest Vendor(BoardRequest request) { return {static_cast<std::uint8_t>(request), 0, 0}; }
-
-std::string BoardName(const RingBoard& board) {
-  return "ring board " + std::to_string(board.serial) + " (sensors " + std::to_string(board.first_sensor) + "-" +
-         std::to_string(board.first_sensor + board.sensor_count - 1) + ", port " + board.port_path + ")";
-}
-
-const char* AdviceFor(UsbStatus status) {
-  switch (status) {
-    case UsbStatus::kNoMemory:
-      return "raise usbfs_memory_mb of the kernel and try again";
-    case UsbStatus::kNoDevice:
-      return "check the board's cable and supply, then start again";
-    default:
-      return "check the board's cable; power-cycle the ring if it happens again";
-  }
-}
-
-tl::unexpected<Error> FailUsb(std::string attempted, const UsbFailure& failure) {
-  std::string seen = UsbStatusText(failure.status);
-  if (!failure.detail.empty()) seen += " (" + failure.detail + ")";
-  return Fail(std::move(attempted), std::move(seen), AdviceFor(failure.status));
-}
 
 const char* StateText(RangeRing::State state) {
   switch (state) {
@@ -163,7 +139,7 @@ Status UsbRangeRing::StartBoards(Hertz level_rate) {
 }
 
 Status UsbRangeRing::Order(std::size_t board, BoardRequest request, std::span<const std::byte> data, const char* what) {
-  const auto done = links_[board].port->ControlOut(Vendor(request), data, options_.control_timeout);
+  const auto done = links_[board].port->ControlOut(RequestTo(request), data, options_.control_timeout);
   if (!done) return FailUsb(what + BoardName(boards_[board]), done.error());
   return {};
 }
@@ -255,11 +231,17 @@ Status UsbRangeRing::Sort(std::size_t board, const LevelFrame& frame, nanosecond
 
 Status UsbRangeRing::CheckAllSpoke() const {
   std::string silent;
+  std::size_t count = 0;
   for (std::size_t board = 0; board < links_.size(); ++board) {
     if (HasFrame(board)) continue;
+    ++count;
     silent += (silent.empty() ? "" : ", ") + BoardName(boards_[board]);
   }
-  if (silent.empty()) return {};
+  if (count == 0) return {};
+  if (count == links_.size()) {
+    return Fail("read level " + std::to_string(wanted_) + " of the ring", "nothing from any board",
+                "check the ring's supply, its hub and the SYNC wire, then start again");
+  }
   return Fail("read level " + std::to_string(wanted_) + " of the ring", "nothing from " + silent,
               "check the board's cable and supply, then start again");
 }
@@ -344,8 +326,8 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
   ClockExchange exchange;
   exchange.host_before = clock_.Now();
-  const auto reply =
-      links_[board].port->ControlIn(Vendor(BoardRequest::kReadClock), sizeof(std::uint64_t), options_.control_timeout);
+  const auto reply = links_[board].port->ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t),
+                                                   options_.control_timeout);
   exchange.host_after = clock_.Now();
   if (!reply) return FailUsb("read the clock of " + BoardName(boards_[board]), reply.error());
   const auto time = DecodeDeviceTime(*reply);
@@ -354,91 +336,19 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   return exchange;
 }
 
-/// A board that has introduced itself, with its port.
-struct Introduced {
-  RingBoard board;
-  RingLimits limits;
-  UsbPort* port = nullptr;
-};
-
-Result<Introduced> Introduce(UsbPort& port, const UsbRangeRingOptions& options) {
-  const std::string attempted = "identify the ring board at port " + port.identity().port_path;
-  const auto reply = port.ControlIn(Vendor(BoardRequest::kIdentify), kBoardIdentityBytes, options.control_timeout);
-  if (!reply) return FailUsb(attempted, reply.error());
-  const auto identity = DecodeBoardIdentity(*reply);
-  if (!identity) return Fail(identity);
-  if (identity->protocol_version != kRingProtocolVersion || identity->sensor_count != kSensorsPerBoard) {
-    return Fail(attempted,
-                "board " + std::to_string(identity->serial) + " speaks protocol " +
-                    std::to_string(identity->protocol_version) + " with " + std::to_string(identity->sensor_count) +
-                    " sensors; this program speaks " + std::to_string(kRingProtocolVersion) + " with " +
-                    std::to_string(kSensorsPerBoard),
-                "update the board's firmware or the program");
-  }
-  Introduced known;
-  known.port = &port;
-  const auto& version = identity->firmware_version;
-  known.board = {identity->serial,
-                 identity->first_sensor,
-                 identity->sensor_count,
-                 identity->protocol_version,
-                 std::to_string(version[0]) + "." + std::to_string(version[1]) + "." + std::to_string(version[2]),
-                 port.identity().port_path};
-  known.limits = {0, Hertz(identity->min_level_rate_mhz / 1000.0), Hertz(identity->max_level_rate_mhz / 1000.0)};
-  if (options.first_sensors.empty()) return known;
-  const auto mapped = options.first_sensors.find(identity->serial);
-  if (mapped == options.first_sensors.end()) {
-    return Fail(attempted,
-                "board " + std::to_string(identity->serial) + " is not in the configuration's list of boards",
-                "add it to [ring] boards with its first sensor, or plug in the right board");
-  }
-  known.board.first_sensor = mapped->second;
-  return known;
-}
-
-/// Sorted by first sensor, the boards must follow each other from 0 to `sensor_count` without gap or overlap.
-Status CheckCover(const std::vector<Introduced>& sorted, std::uint16_t sensor_count) {
-  const std::string attempted = "put the ring's boards together";
-  std::set<std::uint32_t> serials;
-  std::uint32_t next = 0;
-  for (const Introduced& known : sorted) {
-    if (!serials.insert(known.board.serial).second) {
-      return Fail(attempted, "two boards have the number " + std::to_string(known.board.serial),
-                  "give each board its own number");
-    }
-    if (known.board.first_sensor != next) {
-      return Fail(attempted,
-                  BoardName(known.board) + " stands where the board of sensor " + std::to_string(next) + " is expected",
-                  "plug in the missing board, or correct [ring] boards");
-    }
-    next += known.board.sensor_count;
-  }
-  if (next == sensor_count) return {};
-  return Fail(attempted, std::to_string(next) + " sensors in all; the ring has " + std::to_string(sensor_count),
-              "plug in the missing boards");
-}
-
 }  // namespace
 
 Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(std::vector<UsbPort*> ports, UsbRangeRingOptions options,
                                                     Clock& clock) {
   ENSURE(options.transfers_per_board > 0, "a board is read by transfers");
-  std::vector<Introduced> known;
-  for (UsbPort* port : ports) {
-    ENSURE(port != nullptr, "every board has a port");
-    auto introduced = Introduce(*port, options);
-    if (!introduced) return Fail(introduced);
-    known.push_back(*introduced);
-  }
-  std::sort(known.begin(), known.end(), [](const Introduced& a, const Introduced& b) {
-    return std::pair(a.board.first_sensor, a.board.serial) < std::pair(b.board.first_sensor, b.board.serial);
-  });
-  RETURN_IF_ERROR(CheckCover(known, options.sensor_count));
+  for (const UsbPort* port : ports) ENSURE(port != nullptr, "every board has a port");
+  const auto known = IdentifyBoards(ports, options);
+  if (!known) return Fail(known);
 
   RingLimits limits{options.sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
   std::vector<RingBoard> boards;
   std::vector<UsbPort*> sorted_ports;
-  for (const Introduced& one : known) {
+  for (const IdentifiedBoard& one : *known) {
     limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
     limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
     boards.push_back(one.board);

@@ -67,7 +67,7 @@ nanoseconds RingBoardModel::EdgeTime(std::uint32_t sequence) const {
 }
 
 bool RingBoardModel::WillFire(std::uint32_t sequence) const {
-  return armed_ && sync_.start < sync_.stop && EdgeTime(sequence) < sync_.stop;
+  return armed_ && sync_.run == sync_run_ && EdgeTime(sequence) < sync_.stop;
 }
 
 nanoseconds RingBoardModel::FireTime(std::uint32_t sequence) const {
@@ -133,8 +133,11 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
       armed_ = true;
       ++runs_;
       next_sequence_ = 0;
+      sync_run_ = sync_.run;
       first_edge_ = 0;
-      if (sync_.start<sync_.stop&& * taken> sync_.start) {
+      if (*taken >= sync_.stop) {
+        ++sync_run_;  // the line is quiet: wait for it to start again
+      } else if (*taken > sync_.start) {
         first_edge_ = static_cast<std::uint64_t>(
             std::ceil(static_cast<double>((*taken - sync_.start).count()) / sync_.period_ns));
       }
@@ -146,6 +149,7 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
       sync_.period_ns = 1e12 / level_rate_mhz_ / (1.0 + clock_drift_);
       sync_.start = *taken + nanoseconds(std::llround(sync_.period_ns));
       sync_.stop = nanoseconds::max();
+      ++sync_.run;
       drives_sync_ = true;
       return {};
     case BoardRequest::kStop:

@@ -16,6 +16,7 @@ namespace annulus::sim {
 
 /// The wire that makes all boards fire together. One board drives it. SYNC edge k is at start + k · period.
 struct SyncLine {
+  std::uint32_t run = 0;  ///< Times started; edge 0 is that of the present run.
   std::chrono::nanoseconds start{0};
   std::chrono::nanoseconds stop{0};  ///< No edge from here on; start >= stop: the line is quiet.
   double period_ns = 0.0;
@@ -103,6 +104,7 @@ class RingBoardModel final : public UsbPort {
   bool armed_ = false;
   bool drives_sync_ = false;
   std::uint32_t runs_ = 0;        ///< Times armed; each run has its own noise.
+  std::uint32_t sync_run_ = 0;    ///< Run of the SYNC line that the board was armed for.
   std::uint64_t first_edge_ = 0;  ///< SYNC edge of sequence 0.
   std::uint32_t next_sequence_ = 0;
   std::optional<std::chrono::nanoseconds> unplug_time_;

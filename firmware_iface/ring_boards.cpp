@@ -1,0 +1,108 @@
+#include "firmware_iface/ring_boards.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace annulus {
+namespace {
+
+const char* AdviceFor(UsbStatus status) {
+  switch (status) {
+    case UsbStatus::kNoMemory:
+      return "raise usbfs_memory_mb of the kernel and try again";
+    case UsbStatus::kNoDevice:
+      return "check the board's cable and supply, then start again";
+    default:
+      return "check the board's cable; power-cycle the ring if it happens again";
+  }
+}
+
+Result<IdentifiedBoard> Introduce(UsbPort& port, const UsbRangeRingOptions& options) {
+  const std::string attempted = "identify the ring board at port " + port.identity().port_path;
+  const auto reply = port.ControlIn(RequestTo(BoardRequest::kIdentify), kBoardIdentityBytes, options.control_timeout);
+  if (!reply) return FailUsb(attempted, reply.error());
+  const auto identity = DecodeBoardIdentity(*reply);
+  if (!identity) return Fail(identity);
+  if (identity->protocol_version != kRingProtocolVersion || identity->sensor_count != kSensorsPerBoard) {
+    return Fail(attempted,
+                "board " + std::to_string(identity->serial) + " speaks protocol " +
+                    std::to_string(identity->protocol_version) + " with " + std::to_string(identity->sensor_count) +
+                    " sensors; this program speaks " + std::to_string(kRingProtocolVersion) + " with " +
+                    std::to_string(kSensorsPerBoard),
+                "update the board's firmware or the program");
+  }
+  IdentifiedBoard known;
+  known.port = &port;
+  const auto& version = identity->firmware_version;
+  known.board = {identity->serial,
+                 identity->first_sensor,
+                 identity->sensor_count,
+                 identity->protocol_version,
+                 std::to_string(version[0]) + "." + std::to_string(version[1]) + "." + std::to_string(version[2]),
+                 port.identity().port_path};
+  known.limits = {0, Hertz(identity->min_level_rate_mhz / 1000.0), Hertz(identity->max_level_rate_mhz / 1000.0)};
+  if (options.first_sensors.empty()) return known;
+  const auto mapped = options.first_sensors.find(identity->serial);
+  if (mapped == options.first_sensors.end()) {
+    return Fail(attempted,
+                "board " + std::to_string(identity->serial) + " is not in the configuration's list of boards",
+                "add it to [ring] boards with its first sensor, or plug in the right board");
+  }
+  known.board.first_sensor = mapped->second;
+  return known;
+}
+
+/// Sorted by first sensor, the boards must follow each other from 0 to `sensor_count` without gap or overlap.
+Status CheckCover(const std::vector<IdentifiedBoard>& sorted, std::uint16_t sensor_count) {
+  const std::string attempted = "put the ring's boards together";
+  std::set<std::uint32_t> serials;
+  std::uint32_t next = 0;
+  for (const IdentifiedBoard& known : sorted) {
+    if (!serials.insert(known.board.serial).second) {
+      return Fail(attempted, "two boards have the number " + std::to_string(known.board.serial),
+                  "give each board its own number");
+    }
+    if (known.board.first_sensor != next) {
+      return Fail(attempted,
+                  BoardName(known.board) + " stands where the board of sensor " + std::to_string(next) + " is expected",
+                  "plug in the missing board, or correct [ring] boards");
+    }
+    next += known.board.sensor_count;
+  }
+  if (next == sensor_count) return {};
+  return Fail(attempted, std::to_string(next) + " sensors in all; the ring has " + std::to_string(sensor_count),
+              "plug in the missing boards");
+}
+
+}  // namespace
+
+UsbRequest RequestTo(BoardRequest request) { return {static_cast<std::uint8_t>(request), 0, 0}; }
+
+std::string BoardName(const RingBoard& board) {
+  return "ring board " + std::to_string(board.serial) + " (sensors " + std::to_string(board.first_sensor) + "-" +
+         std::to_string(board.first_sensor + board.sensor_count - 1) + ", port " + board.port_path + ")";
+}
+
+tl::unexpected<Error> FailUsb(std::string attempted, const UsbFailure& failure) {
+  std::string seen = UsbStatusText(failure.status);
+  if (!failure.detail.empty()) seen += " (" + failure.detail + ")";
+  return Fail(std::move(attempted), std::move(seen), AdviceFor(failure.status));
+}
+
+Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>& ports,
+                                                    const UsbRangeRingOptions& options) {
+  std::vector<IdentifiedBoard> known;
+  for (UsbPort* port : ports) {
+    auto introduced = Introduce(*port, options);
+    if (!introduced) return Fail(introduced);
+    known.push_back(*introduced);
+  }
+  std::sort(known.begin(), known.end(), [](const IdentifiedBoard& a, const IdentifiedBoard& b) {
+    return std::pair(a.board.first_sensor, a.board.serial) < std::pair(b.board.first_sensor, b.board.serial);
+  });
+  RETURN_IF_ERROR(CheckCover(known, options.sensor_count));
+  return known;
+}
+
+}  // namespace annulus

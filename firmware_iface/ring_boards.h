@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "firmware_iface/range_ring.h"
+#include "firmware_iface/usb_frame_codec.h"
+#include "firmware_iface/usb_port.h"
+
+namespace annulus {
+
+/// A board that has introduced itself, with its port.
+struct IdentifiedBoard {
+  RingBoard board;
+  RingLimits limits;
+  UsbPort* port = nullptr;
+};
+
+/// Asks every port who is there. The boards come back sorted by first sensor and cover each sensor of the ring once; an
+/// Error says which board does not answer, does not fit, is missing or is there twice.
+Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>& ports,
+                                                    const UsbRangeRingOptions& options);
+
+/// A board as messages call it.
+[[nodiscard]] std::string BoardName(const RingBoard& board);
+/// A failed request to a board, with what to do about it.
+[[nodiscard]] tl::unexpected<Error> FailUsb(std::string attempted, const UsbFailure& failure);
+/// The set-up stage of a request to a board.
+[[nodiscard]] UsbRequest RequestTo(BoardRequest request);
+
+}  // namespace annulus
