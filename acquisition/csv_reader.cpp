@@ -122,11 +122,11 @@ Result<Scan> ParseCsvScan(std::string_view text, const std::string& name) {
     return Fail(attempted, "no comment line says the ring's radius", "add a line like '# R_mm=600', in mm");
   }
   if (table->header) RETURN_IF_ERROR(CheckExportedHeader(*table, attempted));
+  const std::size_t sensor_count = table->header ? table->header->calibration.sensors.size() : table->theta_deg.size();
   RETURN_IF_ERROR(SortRows(table->rows, attempted));
+  RETURN_IF_ERROR(CheckRows(*table, sensor_count, attempted));
   Scan scan;
   scan.header = table->header ? std::move(*table->header) : ForeignHeader(*table);
-  const std::size_t sensor_count = scan.header.calibration.sensors.size();
-  RETURN_IF_ERROR(CheckRows(*table, sensor_count, attempted));
   scan.levels = LevelsOf(table->rows, sensor_count);
   return scan;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquisition/mcap_bytes.h"
+#include "base/ensure.h"
 
 namespace annulus {
 namespace {
@@ -25,7 +26,6 @@ struct ChunkFields {
 
 std::optional<ChunkFields> ParseChunk(std::string_view content) {
   McapCursor cursor(content);
-  ChunkFields chunk;
   if (!cursor.TakeRaw(2 * sizeof(std::uint64_t))) return std::nullopt;  // times: the messages say them again
   const auto unpacked_bytes = cursor.Take<std::uint64_t>();
   const auto crc = cursor.Take<std::uint32_t>();
@@ -105,6 +105,10 @@ std::optional<RawRecord> RecordAt(std::string_view bytes, std::size_t offset) {
 
 bool Is(const RawRecord& record, McapOpcode opcode) { return record.opcode == static_cast<std::uint8_t>(opcode); }
 
+struct FreeDecompressor {
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
 /// One pass over a file.
 class McapPass {
  public:
@@ -141,6 +145,7 @@ class McapPass {
   std::size_t summary_start_ = 0;  ///< After Data End; 0 before it.
   std::map<std::uint16_t, McapChannel> channels_;
   mutable std::uint64_t search_budget_ = kSearchBudget;
+  std::unique_ptr<ZSTD_DCtx, FreeDecompressor> decompressor_;  ///< Made by the first packed chunk.
   std::unique_ptr<char[]> unpacked_;
   std::uint64_t unpacked_capacity_ = 0;
   std::uint64_t unpacked_total_ = 0;
@@ -279,8 +284,10 @@ std::optional<std::string_view> McapPass::Unpack(const ChunkFields& chunk) {
     unpacked_ = std::make_unique_for_overwrite<char[]>(chunk.unpacked_bytes);
     unpacked_capacity_ = chunk.unpacked_bytes;
   }
-  const std::size_t got =
-      ZSTD_decompress(unpacked_.get(), chunk.unpacked_bytes, chunk.records.data(), chunk.records.size());
+  if (!decompressor_) decompressor_.reset(ZSTD_createDCtx());
+  ENSURE(decompressor_ != nullptr, "zstd has memory to unpack");
+  const std::size_t got = ZSTD_decompressDCtx(decompressor_.get(), unpacked_.get(), chunk.unpacked_bytes,
+                                              chunk.records.data(), chunk.records.size());
   if (ZSTD_isError(got) != 0U || got != chunk.unpacked_bytes) {
     Note("a chunk cannot be unpacked");
     return std::nullopt;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/scan.h"
+#include "acquisition/scanner.h"
 #include "base/result.h"
 #include "base/storage.h"
 
@@ -38,19 +39,19 @@ struct RecordingOptions {
 /// Writes the recording of one scan while it is taken (docs/formats.md). The file has a temporary name until Finish();
 /// if the program dies, or the writer goes away unfinished, that file stays and ReadRecording reads it. The first
 /// failure is final: later calls repeat it. Thread-bound.
-class RecordingWriter {
+class RecordingWriter final : public LevelSink {
  public:
   /// Creates the temporary file beside `path` and makes `header` durable before it returns. Borrows `storage`.
   static Result<RecordingWriter> Create(Storage& storage, const std::string& path, const ScanHeader& header,
                                         const RecordingOptions& options = {});
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
-  ~RecordingWriter();
+  ~RecordingWriter() override;
 
   /// One level, with one write to the file. As many readings as the header has sensors; z must be finite.
-  Status AppendLevel(const ScanLevel& level);
-  Status AppendEvent(std::chrono::nanoseconds time, const std::string& text);
-  Status AppendAxis(std::chrono::nanoseconds time, double z_mm);
+  Status AppendLevel(const ScanLevel& level) override;
+  Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) override;
+  Status AppendAxis(std::chrono::nanoseconds time, double z_mm) override;
   /// Ends the file (count and hash of the levels, index), syncs, and gives it its name, replacing an existing file.
   Status Finish();
   /// Closes and removes the temporary file; for output that nobody wants half done.

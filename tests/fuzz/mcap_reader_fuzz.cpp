@@ -47,8 +47,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto report = ReadMcap(bytes, "fuzz", counter, {.chunk_bytes = 1U << 20U, .total_bytes = 1U << 22U});
   if (!report) return 0;
   ENSURE(report->messages == counter.messages, "the report counts what was told");
-  if (size > (1U << 15U)) return 0;
+  constexpr std::size_t kOneIn = 16;  // JSON and hashes are slow, and have a target of their own
+  if (size % kOneIn != 0) return 0;
   const auto recording = ParseRecording(bytes, "fuzz");
-  if (recording) CheckAccepted(*recording);
+  constexpr std::size_t kOneWrittenIn = 128;  // zstd needs a megabyte to pack
+  if (recording && size % kOneWrittenIn == 0) CheckAccepted(*recording);
   return 0;
 }
