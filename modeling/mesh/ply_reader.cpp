@@ -212,7 +212,8 @@ class BodyReader {
       if (property.name.size() == 1 && axis != std::string_view::npos) vertex[static_cast<Eigen::Index>(axis)] = *value;
     }
     if (!is_vertex) return {};
-    if (!(vertex.cwiseAbs().maxCoeff() <= kLargestCoordinate)) {
+    // allFinite first: maxCoeff passes over a NaN.
+    if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > kLargestCoordinate) {
       return FailRead(what_, fmt::format("vertex {} has a coordinate that is not a number or too large",
                                          mesh_.vertices.size() + 1));
     }

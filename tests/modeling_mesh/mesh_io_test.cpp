@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -103,6 +104,12 @@ TEST(MeshIo, ReadsBinaryPlyOfEitherEndianness) {
     EXPECT_DOUBLE_EQ(mesh->vertices[2].z(), 7.0);
     EXPECT_THAT(ErrorOf(text.substr(0, text.size() - 5), MeshFormat::kPly), HasSubstr("read mesh it"));
   }
+}
+
+TEST(MeshIo, RefusesABinaryPlyWithANaN) {  // once accepted; found by the fuzz target
+  TriangleMesh mesh = test_shapes::Box({0, 0, 0}, {1, 1, 1});
+  mesh.vertices[4].y() = std::nan("");
+  EXPECT_THAT(ErrorOf(WritePly(mesh), MeshFormat::kPly), HasSubstr("vertex 5 has a coordinate that is not a number"));
 }
 
 TEST(MeshIo, ReadsAsciiStl) {
