@@ -1,0 +1,94 @@
+#include "fitting/covariance.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+#include <vector>
+
+#include "fitting/spline_surface.h"
+
+namespace annulus {
+namespace {
+
+double Uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
+}
+
+/// Normal matrix of random observations of a small surface, dense and as a sparse upper triangle.
+struct Problem {
+  SplineSurface surface;
+  Eigen::SparseMatrix<double> upper;
+  Eigen::MatrixXd dense;
+};
+
+Problem RandomProblem(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const PeriodicCubicBasis theta(11);
+  const ClampedCubicBasis z(UniformBreakpoints(0.0, 60.0, 6));
+  const auto size = static_cast<Eigen::Index>(theta.count() * z.count());
+  SplineSurface surface(theta, z, Eigen::VectorXd::Constant(size, 100.0));
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Identity(size, size) * 0.05;
+  for (int k = 0; k < 400; ++k) {
+    const double t = Uniform(random, 0.0, kTwoPi);
+    const double height = Uniform(random, 0.0, 60.0);
+    const double weight = Uniform(random, 0.1, 4.0);
+    const RadiusRow row = surface.Row(t, height);
+    for (std::size_t a = 0; a < 16; ++a) {
+      for (std::size_t b = 0; b < 16; ++b) {
+        dense(static_cast<Eigen::Index>(row.index[a]), static_cast<Eigen::Index>(row.index[b])) +=
+            weight * row.value[a] * row.value[b];
+      }
+    }
+  }
+  const Eigen::MatrixXd upper = dense.triangularView<Eigen::Upper>();
+  return {std::move(surface), upper.sparseView(), std::move(dense)};
+}
+
+TEST(SurfaceCovariance, GivesTheVarianceOfTheDenseInverse) {
+  const Problem problem = RandomProblem(2);
+  const Eigen::MatrixXd inverse = problem.dense.inverse();
+  const auto covariance = SurfaceCovariance::FromNormalMatrix(problem.upper);
+  ASSERT_TRUE(covariance.has_value()) << covariance.error().Text();
+  std::mt19937_64 random(3);
+  for (int k = 0; k < 50; ++k) {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(problem.dense.rows());
+    for (double& value : gradient) {
+      if (random() % 3 == 0) value = Uniform(random, -2.0, 2.0);
+    }
+    const double expected = gradient.dot(inverse * gradient);
+    EXPECT_NEAR(covariance->Variance(gradient), expected, 1e-10 * expected);
+  }
+}
+
+TEST(SurfaceCovariance, GivesTheLocalVarianceOfTheDenseInverseEverywhere) {
+  const Problem problem = RandomProblem(4);
+  const Eigen::MatrixXd inverse = problem.dense.inverse();
+  const auto covariance = SurfaceCovariance::FromNormalMatrix(problem.upper);
+  ASSERT_TRUE(covariance.has_value());
+  std::mt19937_64 random(5);
+  for (int k = 0; k < 500; ++k) {
+    const RadiusRow row = problem.surface.Row(Uniform(random, 0.0, kTwoPi), Uniform(random, 0.0, 60.0));
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(problem.dense.rows());
+    std::vector<CoefficientWeight> local;
+    for (std::size_t n = 0; n < 16; ++n) {
+      gradient[static_cast<Eigen::Index>(row.index[n])] += row.value[n];
+      local.push_back({row.index[n], row.value[n]});
+    }
+    const double expected = gradient.dot(inverse * gradient);
+    EXPECT_NEAR(covariance->LocalVariance(local), expected, 1e-10 * expected);
+  }
+}
+
+TEST(SurfaceCovariance, RefusesAMatrixThatIsNotPositiveDefinite) {
+  Problem problem = RandomProblem(6);
+  problem.upper.coeffRef(3, 3) = -1.0;
+  const auto indefinite = SurfaceCovariance::FromNormalMatrix(problem.upper);
+  ASSERT_FALSE(indefinite.has_value());
+  EXPECT_FALSE(indefinite.error().seen.empty());
+  Eigen::SparseMatrix<double> zero(5, 5);
+  EXPECT_FALSE(SurfaceCovariance::FromNormalMatrix(zero).has_value());
+}
+
+}  // namespace
+}  // namespace annulus
