@@ -235,9 +235,15 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
 }
 
 Status ModbusScanAxis::ResetFault() {
-  const auto answer = Poll();
-  if (!answer) return Fail(answer);
-  if (DriveStateOf(answer->registers.Word(map_.status_word)) != DriveState::kFault) return {};
+  const nanoseconds deadline = clock_.Now() + kStateDeadline;
+  DriveState drive = DriveState::kFaultReaction;
+  while (drive == DriveState::kFaultReaction && clock_.Now() < deadline) {
+    const auto answer = Poll();
+    if (!answer) return Fail(answer);
+    drive = DriveStateOf(answer->registers.Word(map_.status_word));
+    if (drive == DriveState::kFaultReaction) clock_.SleepUntil(clock_.Now() + kPollPause);
+  }
+  if (drive != DriveState::kFault) return {};
   // The drive resets on the rising edge of the bit.
   RETURN_IF_ERROR(Order(control_word::kDisableVoltage));
   return GoTo(DriveState::kSwitchOnDisabled, control_word::kFaultReset);

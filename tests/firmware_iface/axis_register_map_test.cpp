@@ -1,0 +1,59 @@
+#include "firmware_iface/axis_register_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace annulus {
+namespace {
+
+// CiA 402 (IEC 61800-7-201), coding of the state in the status word; x bits set here to 1.
+TEST(AxisRegisterMap, DecodesTheStatesOfCia402) {
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0010'0000), DriveState::kNotReady);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0110'0000), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(DriveStateOf(0b1111'1111'1011'0001), DriveState::kReadyToSwitchOn);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0010'0011), DriveState::kSwitchedOn);
+  EXPECT_EQ(DriveStateOf(0b0000'0010'0011'0111), DriveState::kOperationEnabled);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0000'0111), DriveState::kQuickStopActive);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0010'1111), DriveState::kFaultReaction);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0000'1000), DriveState::kFault);
+  EXPECT_EQ(DriveStateOf(0b0000'0000'0110'0001), DriveState::kUnknown);
+}
+
+TEST(AxisRegisterMap, WritesTheStatesAsItReadsThem) {
+  for (int state = 0; state < static_cast<int>(DriveState::kUnknown); ++state) {
+    EXPECT_EQ(DriveStateOf(StatusBitsOf(static_cast<DriveState>(state))), static_cast<DriveState>(state));
+  }
+}
+
+TEST(AxisRegisterMap, SpansTheBlocksOfTheWireProtocol) {
+  const AxisRegisterMap map;
+  EXPECT_EQ(map.CommandBlock().address, 0x0000);
+  EXPECT_EQ(map.CommandBlock().count, 9);
+  EXPECT_EQ(map.StatusBlock().address, 0x0100);
+  EXPECT_EQ(map.StatusBlock().count, 8);
+  EXPECT_EQ(map.IdentityBlock().address, 0x0100);
+  EXPECT_EQ(map.IdentityBlock().count, 21);
+  EXPECT_TRUE(CheckRegisterMap(map));
+}
+
+TEST(AxisRegisterMap, RefusesBlocksThatNoTransactionCarries) {
+  AxisRegisterMap wide_command;
+  wide_command.control_word = 200;
+  EXPECT_FALSE(CheckRegisterMap(wide_command));
+  AxisRegisterMap wide_status;
+  wide_status.position = 0x0100 + 124;  // its low word is register 126 of the block
+  EXPECT_FALSE(CheckRegisterMap(wide_status));
+  AxisRegisterMap whole;
+  whole.echo = 0;
+  whole.heartbeat_timeout = 0xFFFF;
+  EXPECT_FALSE(CheckRegisterMap(whole));
+}
+
+TEST(AxisRegisterMap, SaysWhatAFaultMeans) {
+  EXPECT_THAT(AxisFaultText(0x8611), testing::HasSubstr("following error"));
+  EXPECT_THAT(AxisFaultText(0x8611), testing::StartsWith("fault 8611h"));
+  EXPECT_THAT(AxisFaultText(0xABCD), testing::HasSubstr("drive's manual"));
+}
+
+}  // namespace
+}  // namespace annulus
