@@ -223,8 +223,8 @@ class BodyReader {
 
   Status ReadList(const Element& element, const Property& property) {
     const auto count = values_.Next(*property.list_count);
-    const double most = static_cast<double>(values_.remaining() / values_.SmallestSize(property.type)) + 1.0;
-    if (!count || !(*count >= 0.0 && *count <= most)) {
+    const std::size_t most = values_.remaining() / values_.SmallestSize(property.type) + 1;
+    if (!count || !(*count >= 0.0 && *count <= static_cast<double>(most))) {
       return FailRead(what_, values_.Place() + ": the length of a list does not fit the file");
     }
     const bool is_face =

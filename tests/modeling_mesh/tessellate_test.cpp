@@ -14,7 +14,10 @@ SurfaceSegment Cylinder(double radius, double z_min, double z_max) {
   const PeriodicCubicBasis theta(12);
   const ClampedCubicBasis z(UniformBreakpoints(z_min, z_max, 5));
   const auto count = static_cast<Eigen::Index>(theta.count() * z.count());
-  return {"body", SplineSurface(theta, z, Eigen::VectorXd::Constant(count, radius)), KnowledgeMap(), {}};
+  return {.name = "body",
+          .surface = SplineSurface(theta, z, Eigen::VectorXd::Constant(count, radius)),
+          .knowledge = {},
+          .normal_matrix = {}};
 }
 
 TEST(TessellateSurface, ClosesACylinder) {
