@@ -52,6 +52,7 @@ std::optional<std::vector<std::byte>> DecodeBase64(std::string_view text) {
       group = (group << 6U) | static_cast<std::uint32_t>(value);
     }
     const std::size_t count = last ? 3 - padding : 3;
+    if ((group & ((1U << (8U * (3U - count))) - 1U)) != 0) return std::nullopt;  // bits that no encoder writes
     for (std::size_t j = 0; j < count; ++j) bytes.push_back(static_cast<std::byte>((group >> (16U - 8U * j)) & 255U));
   }
   return bytes;
