@@ -105,6 +105,7 @@ struct McapWriter::State {
   void PutMetadata(McapBytes& out, const McapMetadata& record);
   std::string Pack(const std::string& records);
   std::string ChannelRecordsOf(std::span<const McapMessage> messages) const;
+  std::string Statistics() const;
   std::string Summary(std::uint64_t summary_start) const;
 };
 
@@ -137,6 +138,22 @@ std::string McapWriter::State::ChannelRecordsOf(std::span<const McapMessage> mes
   return records.bytes();
 }
 
+std::string McapWriter::State::Statistics() const {
+  McapBytes statistics;
+  std::uint64_t message_count = 0;
+  for (const auto& [channel, count] : message_counts) message_count += count;
+  statistics.Put(message_count);
+  statistics.Put(static_cast<std::uint16_t>(schemas.size()));
+  statistics.Put(static_cast<std::uint32_t>(channels.size()));
+  statistics.Put(std::uint32_t{0});  // attachments
+  statistics.Put(static_cast<std::uint32_t>(metadata.size()));
+  statistics.Put(static_cast<std::uint32_t>(chunks.size()));
+  statistics.Put(times.first_ns);
+  statistics.Put(times.last_ns);
+  statistics.PutMap(message_counts);
+  return statistics.bytes();
+}
+
 /// Everything between Data End and the footer's CRC: groups by opcode, then where each group lies.
 std::string McapWriter::State::Summary(std::uint64_t summary_start) const {
   McapBytes out;
@@ -155,19 +172,7 @@ std::string McapWriter::State::Summary(std::uint64_t summary_start) const {
   end_group(McapOpcode::kSchema);
   for (const McapChannel& channel : channels) out.PutRecord(McapOpcode::kChannel, ChannelContent(channel));
   end_group(McapOpcode::kChannel);
-  McapBytes statistics;
-  std::uint64_t message_count = 0;
-  for (const auto& [channel, count] : message_counts) message_count += count;
-  statistics.Put(message_count);
-  statistics.Put(static_cast<std::uint16_t>(schemas.size()));
-  statistics.Put(static_cast<std::uint32_t>(channels.size()));
-  statistics.Put(std::uint32_t{0});  // attachments
-  statistics.Put(static_cast<std::uint32_t>(metadata.size()));
-  statistics.Put(static_cast<std::uint32_t>(chunks.size()));
-  statistics.Put(times.first_ns);
-  statistics.Put(times.last_ns);
-  statistics.PutMap(message_counts);
-  out.PutRecord(McapOpcode::kStatistics, statistics.bytes());
+  out.PutRecord(McapOpcode::kStatistics, Statistics());
   end_group(McapOpcode::kStatistics);
   for (const ChunkEntry& chunk : chunks) {
     McapBytes entry;
