@@ -64,9 +64,11 @@ class ModbusScanAxis final : public ScanAxis {
   ModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock, ModbusAxisOptions options)
       : link_(link),
         map_(map),
+        command_block_(map.CommandBlock()),
+        status_block_(map.StatusBlock()),
         clock_(clock),
         options_(options),
-        command_(map.CommandBlock().count, 0),
+        command_(command_block_.count, 0),
         // Not always from 0: a reply to a program that ran a moment ago must not fit by chance.
         counter_(
             static_cast<std::uint16_t>(std::chrono::duration_cast<std::chrono::milliseconds>(clock.Now()).count())) {}
@@ -101,6 +103,8 @@ class ModbusScanAxis final : public ScanAxis {
 
   ModbusLink& link_;
   AxisRegisterMap map_;
+  AxisRegisterMap::Block command_block_;
+  AxisRegisterMap::Block status_block_;
   Clock& clock_;
   ModbusAxisOptions options_;
   State state_ = State::kDisabled;
@@ -151,15 +155,15 @@ Result<Answer> ModbusScanAxis::Exchange(std::uint16_t address, std::vector<std::
               "check the drive's supply and cable, then home the axis again");
 }
 
-Result<Answer> ModbusScanAxis::Poll() { return Exchange(map_.counter, {0}, map_.StatusBlock()); }
+Result<Answer> ModbusScanAxis::Poll() { return Exchange(map_.counter, {0}, status_block_); }
 
 Result<Answer> ModbusScanAxis::Order(std::uint16_t control) {
   SetCommand(map_.control_word, control);
-  return Exchange(map_.CommandBlock().address, command_, map_.StatusBlock());
+  return Exchange(command_block_.address, command_, status_block_);
 }
 
 void ModbusScanAxis::SetCommand(std::uint16_t address, std::uint16_t value) {
-  command_.at(address - map_.CommandBlock().address) = value;
+  command_.at(address - command_block_.address) = value;
 }
 
 void ModbusScanAxis::SetCommandLong(std::uint16_t address, std::uint32_t value) {

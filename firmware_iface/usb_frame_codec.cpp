@@ -43,9 +43,15 @@ void PutChecksum(std::span<std::byte> bytes) {
   PutLittleEndian(bytes.subspan(body), Crc32c(bytes.first(body)));
 }
 
-bool StartsLikeMagic(Bytes bytes) {
-  const std::size_t known = std::min(bytes.size(), kFrameMagic.size());
-  return std::equal(kFrameMagic.begin(), kFrameMagic.begin() + static_cast<std::ptrdiff_t>(known), bytes.begin());
+/// Index of the first byte from which on `bytes` begins like the magic, or the size.
+std::size_t FindMagic(Bytes bytes) {
+  auto at = bytes.begin();
+  while (true) {
+    at = std::find(at, bytes.end(), kFrameMagic[0]);
+    const auto known = std::min<std::ptrdiff_t>(bytes.end() - at, kFrameMagic.size());
+    if (std::equal(at, at + known, kFrameMagic.begin())) return static_cast<std::size_t>(at - bytes.begin());
+    ++at;
+  }
 }
 
 bool HeaderFits(Bytes header) {
@@ -109,13 +115,11 @@ std::vector<LevelFrame> UsbFrameAssembler::Push(std::span<const std::byte> chunk
   std::vector<LevelFrame> frames;
   std::size_t at = 0;
   // Each decision looks only at bytes from `at` on and waits when too few are there: hence independent of the cuts.
-  while (at < buffer_.size()) {
+  while (true) {
+    const std::size_t skipped = FindMagic(Bytes(buffer_).subspan(at));
+    at += skipped;
+    rejected_bytes_ += skipped;
     const Bytes rest = Bytes(buffer_).subspan(at);
-    if (!StartsLikeMagic(rest)) {
-      ++at;
-      ++rejected_bytes_;
-      continue;
-    }
     if (rest.size() < kHeaderBytes) break;
     if (HeaderFits(rest)) {
       if (rest.size() < kLevelFrameBytes) break;

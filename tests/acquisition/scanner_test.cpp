@@ -162,7 +162,7 @@ TEST(Scanner, ReadsARoundCylinderAsTheRingsRadiusLessItsOwn) {
 
 TEST(Scanner, KnowsTheHeightOfEachReadingWithin50MicrometresAt300MillimetresPerSecond) {
   double worst = 0.0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     sim::BoothOptions options = ConeBooth();
     options.seed = seed;
     Bench bench(std::move(options));
@@ -208,7 +208,7 @@ TEST(Scanner, GivesTheSameLevelsForTheSameSeedBitForBit) {
 }
 
 TEST(Scanner, StopsWithinHalfASecondOfARequestAndKeepsWhatItTook) {
-  for (const std::size_t at : {1, 17, 30, 31, 59}) {
+  for (const std::size_t at : {1U, 17U, 30U, 31U, 59U}) {
     Bench bench(sim::CylinderBooth());
     nanoseconds requested{0};
     bench.sink.on_level = [&](std::size_t count) {
