@@ -33,11 +33,12 @@ void ProgressDisplay::Show(std::string_view stage, double done, double total) {
   if (mode_ == ProgressMode::kNone || (mode_ == ProgressMode::kAuto && !terminal_)) return;
   const auto now = SteadyClock::now();
   const bool new_stage = stage != stage_;
+  const double share = total > 0.0 ? std::clamp(done / total, 0.0, 1.0) : 0.0;
   if (new_stage) {
     stage_ = stage;
-    stage_start_ = now;
+    if (share <= 0.0 || share < last_share_) stage_start_ = now;
   }
-  const double share = total > 0.0 ? std::clamp(done / total, 0.0, 1.0) : 0.0;
+  last_share_ = share;
   const bool finished = share >= 1.0;
   const double elapsed = SecondsBetween(stage_start_, now);
   const double eta = share > 0.0 ? elapsed * (1.0 - share) / share : 0.0;

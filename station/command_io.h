@@ -19,7 +19,8 @@ enum class ProgressMode {
   kNone,
 };
 
-/// Shows progress with the time left. Quiet for the first second of a stage on a terminal. Thread-bound.
+/// Shows progress with the time left. Quiet for the first second of a stage on a terminal. A stage that goes on where
+/// the last one ended is timed together with it. Thread-bound.
 class ProgressDisplay {
  public:
   explicit ProgressDisplay(ProgressMode mode);
@@ -39,6 +40,7 @@ class ProgressDisplay {
   bool terminal_;
   bool line_shown_ = false;
   std::string stage_;
+  double last_share_ = 0.0;
   std::chrono::steady_clock::time_point stage_start_;
   std::chrono::steady_clock::time_point last_shown_;
 };

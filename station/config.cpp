@@ -120,8 +120,8 @@ ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
   ReadTable(node, name,
             {{"z_top_mm",
               [&](const toml::node& n, const std::string& key) {
-                if (n.is_string() && Text(n, key) == "auto") return;
-                profile.z_top_mm = NumberIn(n, key, -1e5, 1e5);
+                profile.find_top = n.is_string() && Text(n, key) == "auto";
+                if (!profile.find_top) profile.z_top_mm = NumberIn(n, key, -1e5, 1e5);
               }},
              {"z_bottom_mm", ToNumber(profile.z_bottom_mm, -1e5, 1e5)},
              {"pitch_mm", ToNumber(profile.pitch_mm, 0.05, 200.0)},

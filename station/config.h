@@ -23,7 +23,8 @@ struct RingConfig {
 
 /// [profile.NAME]: overrides of a built-in profile, or a profile of its own.
 struct ProfileConfig {
-  std::optional<double> z_top_mm;  ///< Empty: "auto".
+  std::optional<double> z_top_mm;
+  bool find_top = false;  ///< z_top_mm = "auto": 40 mm above the top that a search sweep finds.
   std::optional<double> z_bottom_mm;
   std::optional<double> pitch_mm;
   std::optional<double> speed_mm_s;

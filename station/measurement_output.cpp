@@ -13,13 +13,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kTwoSided95 = 1.959963984540054;  // standard normal quantile at 0.975
 
-/// Whether the 95 % interval is within the class limit; nothing where there is no limit or no sigma.
-std::optional<bool> WithinLimit(const Measurement& m) {
-  if (m.iso20685_limit_mm <= 0.0 || !std::isfinite(m.value.sigma)) return std::nullopt;
-  return kTwoSided95 * m.value.sigma <= m.iso20685_limit_mm;
-}
-
 }  // namespace
+
+double HalfWidth95(const Uncertain& value) { return kTwoSided95 * value.sigma; }
+
+std::optional<bool> IntervalWithinLimit(const Measurement& m) {
+  if (m.iso20685_limit_mm <= 0.0 || !std::isfinite(m.value.sigma)) return std::nullopt;
+  return HalfWidth95(m.value) <= m.iso20685_limit_mm;
+}
 
 Json JsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -30,8 +31,8 @@ Json MeasurementsToJson(const MeasurementTable& table) {
   }
   Json measurements = Json::array();
   for (const Measurement& m : table.measurements) {
-    const double half = kTwoSided95 * m.value.sigma;
-    const auto within = WithinLimit(m);
+    const double half = HalfWidth95(m.value);
+    const auto within = IntervalWithinLimit(m);
     measurements.push_back(
         {{"id", m.id},
          {"term", m.term},
@@ -51,8 +52,8 @@ Json MeasurementsToJson(const MeasurementTable& table) {
 std::string MeasurementsToCsv(const MeasurementTable& table) {
   std::string text = "id,term,value_mm,sigma_mm,low95_mm,high95_mm,measured_share,iso20685_limit_mm,iso20685_ok\n";
   for (const Measurement& m : table.measurements) {
-    const double half = kTwoSided95 * m.value.sigma;
-    const auto within = WithinLimit(m);
+    const double half = HalfWidth95(m.value);
+    const auto within = IntervalWithinLimit(m);
     text += fmt::format("{},\"{}\",{:.4f},", m.id, m.term, m.value.value);
     text += std::isfinite(half)
                 ? fmt::format("{:.4f},{:.4f},{:.4f},", m.value.sigma, m.value.value - half, m.value.value + half)
@@ -68,11 +69,11 @@ std::string MeasurementsToText(const MeasurementTable& table) {
   std::string text = fmt::format("{:<34}{:>11}{:>9}{:>10}  {}\n", "measurement", "value", "± 95 %", "measured",
                                  "95 % interval within class limit");
   for (const Measurement& m : table.measurements) {
-    const auto within = WithinLimit(m);
+    const auto within = IntervalWithinLimit(m);
     const std::string limit =
         within ? fmt::format("{} (limit {:g} mm)", *within ? "yes" : "no", m.iso20685_limit_mm) : "–";
     const std::string half =
-        std::isfinite(m.value.sigma) ? fmt::format("{:.2f}", kTwoSided95 * m.value.sigma) : std::string("–");
+        std::isfinite(m.value.sigma) ? fmt::format("{:.2f}", HalfWidth95(m.value)) : std::string("–");
     text += fmt::format("{:<34}{:>8.1f} {}{:>9}{:>8.0f} %  {}\n", m.term, m.value.value, m.unit, half,
                         100.0 * m.measured_share, limit);
   }

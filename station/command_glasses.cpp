@@ -1,0 +1,172 @@
+// glasses: design a frame, put it on a head, hand it over.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "station/commands.h"
+#include "station/files.h"
+#include "station/worn_glasses.h"
+
+namespace annulus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct DesignOptions {
+  std::string style = "boston";
+  std::vector<std::pair<std::string, std::string>> parameters;  ///< Option and text, one per field of the frame.
+  std::string out;
+};
+
+Status RunDesign(const DesignOptions& options, CommandIo& io) {
+  auto parameters = FindFrameStyle(options.style);
+  if (!parameters) return Fail(parameters);
+  for (const auto& [option, text] : options.parameters) {
+    if (text.empty()) continue;
+    parameters = WithParameter(*parameters, option, text);
+    if (!parameters) return Fail(parameters);
+  }
+  RETURN_IF_ERROR(Validate(*parameters));
+  return io.WriteText(options.out, FrameParametersToJson(*parameters, options.style));
+}
+
+struct FitGlassesOptions {
+  std::string model;
+  std::string frame;
+  std::string prescription;
+  std::string out;
+  std::string json;
+};
+
+Json PointToJson(const Eigen::Vector3d& point) { return {point.x(), point.y(), point.z()}; }
+
+Json WornReport(const WornFrame& worn) {
+  Json points = Json::object();
+  for (const NamedFacePoint& named : FacePointNames()) {
+    const FacePoint& point = worn.face.*named.member;
+    points[std::string(named.name)] = {{"position_mm", PointToJson(point.position)},
+                                       {"source", FacePointSourceName(point.source)}};
+  }
+  return {{"width_mm", worn.parameters.width},
+          {"tilt_deg", DegreesFromRadians(worn.tilt)},
+          {"forward_shift_mm", worn.forward_shift},
+          {"clearance_mm", worn.clearance},
+          {"temple_right_mm", worn.l6_right},
+          {"temple_left_mm", worn.l6_left},
+          {"residuals_mm",
+           {{"eye_right", worn.residuals.eye_right},
+            {"eye_left", worn.residuals.eye_left},
+            {"bridge", worn.residuals.bridge},
+            {"ear_right", worn.residuals.ear_right},
+            {"ear_left", worn.residuals.ear_left}}},
+          {"face_points", points}};
+}
+
+std::string WornText(const WornFrame& worn) {
+  std::string text = fmt::format(
+      "rim width {:.1f} mm, tilt {:.1f} degrees, moved {:.1f} mm forward to clear the face by "
+      "{:.1f} mm\n",
+      worn.parameters.width, DegreesFromRadians(worn.tilt), worn.forward_shift, worn.clearance);
+  text += fmt::format("residuals: eyes {:.2f} and {:.2f} mm, bridge {:.2f} mm, ears {:.2f} and {:.2f} mm\n",
+                      worn.residuals.eye_right, worn.residuals.eye_left, worn.residuals.bridge,
+                      worn.residuals.ear_right, worn.residuals.ear_left);
+  for (const NamedFacePoint& named : FacePointNames()) {
+    const FacePoint& point = worn.face.*named.member;
+    text += fmt::format("{:<12} {:8.1f} {:8.1f} {:8.1f} mm  {}\n", named.name, point.position.x(), point.position.y(),
+                        point.position.z(), FacePointSourceName(point.source));
+  }
+  return text;
+}
+
+Status RunFitGlasses(const FitGlassesOptions& options, CommandIo& io) {
+  if (!options.prescription.empty()) return NotYet(io, "fit glasses with --rx");
+  const auto model = ReadModelFile(io.storage(), options.model);
+  if (!model) return Fail(model);
+  const auto frame = ReadFrameFile(io.storage(), options.frame);
+  if (!frame) return Fail(frame);
+  const auto worn = FitFrame(model->main().surface, *frame);
+  if (!worn) {
+    Error error = worn.error();
+    error.attempted = "fit " + options.frame + " on " + options.model + ": " + error.attempted;
+    return tl::unexpected(error);
+  }
+  RETURN_IF_ERROR(io.WriteText(options.out, WornFrameToJson(*worn)));
+  return options.json.empty() ? io.Print(WornText(*worn)) : io.WriteJson(options.json, WornReport(*worn));
+}
+
+struct ExportGlassesOptions {
+  std::string worn;
+  std::string out;
+};
+
+Status RunExportGlasses(const ExportGlassesOptions& options, CommandIo& io) {
+  for (const char* later : {".step", ".dcs", ".json", ".pdf"}) {
+    if (options.out.ends_with(later)) return NotYet(io, "export glasses to " + options.out);
+  }
+  if (!options.out.ends_with(".stl")) {
+    return Fail("export glasses to " + options.out, "the format is not known from this name",
+                "give a name that ends in .stl");
+  }
+  const auto worn = ReadWornFile(io.storage(), options.worn);
+  if (!worn) return Fail(worn);
+  const auto stl = FrameStl(*worn);
+  if (!stl) return Fail(stl);
+  return io.WriteText(options.out, *stl);
+}
+
+void AddDesign(CLI::App& parent, CommandWork& chosen) {
+  auto options = std::make_shared<DesignOptions>();
+  CLI::App* command = parent.add_subcommand("design", "a frame from a style and its parameters");
+  std::string styles;
+  for (const FrameStyle& style : FrameStyles()) styles += (styles.empty() ? "" : ", ") + std::string(style.name);
+  command->add_option("--style", options->style, "starting point: " + styles)->type_name("S")->capture_default_str();
+  // Reserved first: the command line keeps references into it.
+  options->parameters.reserve(FrameParameterFields().size());
+  for (const FrameParameterField& field : FrameParameterFields()) {
+    auto& parameter = options->parameters.emplace_back(std::string(field.option), std::string());
+    command->add_option("--" + parameter.first, parameter.second, std::string(field.description))
+        ->type_name("MM|PERCENT|WORD");
+  }
+  command->add_option("--out", options->out, "frame to write")->required()->type_name("FRAME.json");
+  command->footer("Example: annulus glasses design --style round --height 42 --out frame.json");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunDesign(*options, io); }; });
+}
+
+void AddFitGlasses(CLI::App& parent, CommandWork& chosen) {
+  auto options = std::make_shared<FitGlassesOptions>();
+  CLI::App* command = parent.add_subcommand("fit", "put a frame on the head of a model");
+  command->add_option("model", options->model, "model with a head")->required();
+  command->add_option("--frame", options->frame, "frame to put on")->required()->type_name("FRAME.json");
+  command->add_option("--rx", options->prescription, "prescription of the lenses (not yet)")->type_name("RX.json");
+  command->add_option("--out", options->out, "worn frame to write")->required()->type_name("WORN.json");
+  AddJsonOption(*command, options->json);
+  command->footer("Example: annulus glasses fit model.json --frame frame.json --out worn.json");
+  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFitGlasses(*options, io); }; });
+}
+
+void AddExportGlasses(CLI::App& parent, CommandWork& chosen) {
+  auto options = std::make_shared<ExportGlassesOptions>();
+  CLI::App* command = parent.add_subcommand("export", "the frame for making it; without the lenses");
+  command->add_option("worn", options->worn, "worn frame")->required();
+  command->add_option("--out", options->out, "file to write: F.stl")->required()->type_name("F");
+  command->footer("Example: annulus glasses export worn.json --out frame.stl");
+  command->callback(
+      [&chosen, options] { chosen = [options](CommandIo& io) { return RunExportGlasses(*options, io); }; });
+}
+
+}  // namespace
+
+void AddGlassesCommand(CLI::App& app, CommandWork& chosen) {
+  CLI::App* command = app.add_subcommand("glasses", "design a frame, put it on a head, export it");
+  command->require_subcommand(1);
+  command->footer("Example: annulus glasses design --style boston --out frame.json");
+  AddDesign(*command, chosen);
+  AddFitGlasses(*command, chosen);
+  AddExportGlasses(*command, chosen);
+  AddLaterCommand(*command, "rank", "which styles suit a face", chosen);
+}
+
+}  // namespace annulus

@@ -1,0 +1,84 @@
+#include "station/pictures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "modeling/mesh/tessellate.h"
+
+namespace annulus {
+namespace {
+
+constexpr double kHeadAbove = 150.0;  // mm of head shown above and below the middle of the eyes
+constexpr double kHeadBelow = 170.0;
+constexpr double kTallest = 2.2;  // height : width of a picture, at most
+constexpr double kWidest = 1.25;  // width : height, at most
+
+/// Width : height of what is seen of `box` from `view`, within what a picture may have.
+double AspectOf(const Eigen::AlignedBox3d& box, const View& view) {
+  const Eigen::Vector3d size = box.sizes();
+  // The box turned about z: its outline's width, and its height seen under the elevation.
+  const double width = std::abs(std::sin(view.azimuth)) * size.x() + std::abs(std::cos(view.azimuth)) * size.y();
+  const double depth = std::hypot(size.x(), size.y());
+  const double height = std::cos(view.elevation) * size.z() + std::abs(std::sin(view.elevation)) * 0.8 * depth;
+  return height > 0.0 ? std::clamp(width / height, 1.0 / kTallest, kWidest) : 1.0;
+}
+
+Result<RgbImage> Draw(const Scene& scene, const Eigen::AlignedBox3d& box, const PictureOptions& options,
+                      const TaskContext& task) {
+  Framing framing;
+  // A little air on the narrow side, so that a head is not cramped.
+  framing.aspect = std::min(kWidest, 1.12 * AspectOf(box, options.view));
+  RenderOptions render;
+  render.width = framing.aspect >= 1.0 ? options.size : std::max(1, int(std::lround(options.size * framing.aspect)));
+  render.height = framing.aspect >= 1.0 ? std::max(1, int(std::lround(options.size / framing.aspect))) : options.size;
+  framing.aspect = double(render.width) / double(render.height);
+  const auto camera = FrameCamera(box, options.view, framing);
+  if (!camera) return Fail(camera);
+  return Render(scene, *camera, render, task);
+}
+
+}  // namespace
+
+SceneItem ModelItem(const SurfaceModel& model, const Material& material) {
+  TessellationOptions options;
+  const SplineSurface& surface = model.main().surface;
+  options.ends = EndClosure::kBoth;
+  // Rows as dense as a head's detail on a head, 4 mm on a whole body.
+  options.max_z_spacing_mm = std::clamp((surface.z_max() - surface.z_min()) / 300.0, 1.0, 4.0);
+  return {TessellateSurface(model.main(), options), material, "body", {}};
+}
+
+Result<std::vector<SceneItem>> WornItems(const WornFrame& worn, const FrameLook& look) {
+  const auto meshes = TessellateWornFrame(worn, {.along = 24, .around = 12}, 24);
+  if (!meshes) return Fail(meshes);
+  std::vector<SceneItem> items;
+  for (const FrameMesh& part : meshes->parts) items.push_back({part.mesh, look.frame, part.name, {}});
+  for (const FrameMesh& lens : meshes->lenses) items.push_back({lens.mesh, look.lens, lens.name, {}});
+  return items;
+}
+
+Result<RgbImage> DrawModel(const SurfaceModel& model, const PictureOptions& options, const TaskContext& task) {
+  Scene scene;
+  scene.items.push_back(ModelItem(model, NeutralBodyMaterial()));
+  return Draw(scene, BoundsOf(scene), options, task);
+}
+
+Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, const PictureOptions& options,
+                          const TaskContext& task) {
+  Scene scene;
+  scene.items.push_back(ModelItem(model, SkinMaterial()));
+  auto frame = WornItems(worn, options.look);
+  if (!frame) return Fail(frame);
+  const double eyes = 0.5 * (worn.face.eye_right.position.z() + worn.face.eye_left.position.z());
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : scene.items.front().mesh.vertices) {
+    if (vertex.z() > eyes - kHeadBelow && vertex.z() < eyes + kHeadAbove) box.extend(vertex);
+  }
+  for (SceneItem& item : *frame) {
+    for (const Eigen::Vector3d& vertex : item.mesh.vertices) box.extend(vertex);
+    scene.items.push_back(std::move(item));
+  }
+  return Draw(scene, box, options, task);
+}
+
+}  // namespace annulus

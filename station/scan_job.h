@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "acquisition/scan_plan.h"
+#include "acquisition/scanner.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "base/storage.h"
+#include "station/config.h"
+
+namespace annulus {
+
+/// What to scan, and where the recording goes.
+struct ScanRequest {
+  std::string profile;  ///< Built in, or of the configuration.
+  std::string out;      ///< Recording to write; replaced if it is there.
+  std::string subject_id;
+  std::string consent_reference;
+};
+
+/// How a scan went.
+struct ScanOutcome {
+  ScanPlan plan;                      ///< What was carried out.
+  std::vector<std::string> adjusted;  ///< Why it is not what was asked for; empty if it is.
+  ScanSummary summary;
+  bool recorded = false;  ///< False only if the scan was cancelled before its first level: then there is no file.
+};
+
+/// Runs one scan on the simulated booth of `config` through the drivers of ring and axis, in virtual time: plan (the
+/// head's top is searched for unless the profile gives it) → validate → record. A stop request ends it in order; what
+/// was taken is kept (summary.cancelled). After a device's error too, and the error then says where it is.
+/// Requires a configuration whose ring and axis are simulated.
+Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
+                               const TaskContext& task);
+
+}  // namespace annulus
