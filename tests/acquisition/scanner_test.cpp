@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <functional>
@@ -46,6 +47,8 @@ class ForgetfulLink final : public ModbusLink {
   explicit ForgetfulLink(ModbusLink& link, Clock& clock) : link_(link), clock_(clock) {}
   ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
     const nanoseconds sent = clock_.Now();
+    ++transactions;
+    if (on_transaction) on_transaction();
     if (dead) {
       clock_.SleepUntil(sent + timeout);
       return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
@@ -57,6 +60,8 @@ class ForgetfulLink final : public ModbusLink {
   }
   void DiscardInput() override { link_.DiscardInput(); }
 
+  std::function<void()> on_transaction;
+  int transactions = 0;
   bool dead = false;
   int forget = 0;  ///< Transactions until the one that is lost; 0: none.
 
@@ -223,6 +228,66 @@ TEST(Scanner, StopsWithinHalfASecondOfARequestAndKeepsWhatItTook) {
     EXPECT_GE(summary->levels, at);
     EXPECT_EQ(summary->levels, bench.sink.levels.size());
     EXPECT_LE(summary->end - requested, std::chrono::milliseconds(500));
+    bench.ExpectSafe();
+  }
+}
+
+/// Transactions of a whole short scan.
+int CountTransactions() {
+  Bench bench(sim::CylinderBooth());
+  const int before = bench.link.transactions;
+  EXPECT_TRUE(bench.Run(ShortPlan()));
+  return bench.link.transactions - before;
+}
+
+TEST(Scanner, StopsSafelyWheneverItIsAskedTo) {
+  const int all = CountTransactions();
+  for (int at = 1; at < all; at += all / 60) {
+    Bench bench(sim::CylinderBooth());
+    nanoseconds requested{0};
+    bench.link.on_transaction = [&, left = at]() mutable {
+      if (--left != 0) return;
+      requested = bench.booth.clock().Now();
+      bench.stop.request_stop();
+    };
+    const auto summary = bench.Run(ShortPlan());
+    ASSERT_TRUE(summary) << "transaction " << at << ": " << summary.error().Text();
+    EXPECT_LE(summary->end - requested, std::chrono::milliseconds(500)) << "transaction " << at;
+    bench.ExpectSafe();
+  }
+}
+
+TEST(Scanner, LeavesTheAxisAtRestWheneverTheDriveIsLost) {
+  const int all = CountTransactions();
+  for (int at = 1; at < all; at += all / 60) {
+    Bench bench(sim::CylinderBooth());
+    nanoseconds lost{0};
+    bench.link.on_transaction = [&, left = at]() mutable {
+      if (--left != 0) return;
+      lost = bench.booth.clock().Now();
+      bench.link.dead = true;
+    };
+    const auto summary = bench.Run(ShortPlan());
+    ASSERT_FALSE(summary) << "transaction " << at;
+    EXPECT_THAT(summary.error().advice, HasSubstr("emergency stop"));
+    bench.booth.clock().SleepUntil(std::max(bench.booth.clock().Now(), lost + std::chrono::milliseconds(500)));
+    // 200 ms of heartbeat, 75 ms of ramp, 25 ms of lag.
+    EXPECT_NEAR(bench.booth.drive().TrueSpeed(lost + std::chrono::milliseconds(300)), 0.0, 0.5);
+    EXPECT_EQ(bench.ring->state(), RangeRing::State::kIdle);
+  }
+}
+
+TEST(Scanner, EndsSafelyWheneverABoardIsLost) {
+  for (int tenths = 0; tenths < 100; tenths += 3) {
+    Bench bench(sim::CylinderBooth());
+    const nanoseconds pulled = std::chrono::milliseconds(100 * tenths + 37);
+    bench.booth.board(static_cast<std::size_t>(tenths) % sim::Booth::kBoards).UnplugAt(pulled);
+    const auto summary = bench.Run(ShortPlan());
+    if (summary) {
+      EXPECT_LE(summary->end, pulled);
+      continue;
+    }
+    EXPECT_THAT(summary.error().Text(), HasSubstr("ring board 10"));
     bench.ExpectSafe();
   }
 }

@@ -102,8 +102,8 @@ TEST_F(UsbRangeRingTest, FiresAllBoardsWithinAMillisecondAndStampsEachOnItsOwnCl
 }
 
 TEST_F(UsbRangeRingTest, DropsADamagedFrameAndMarksItsSensorsOnly) {
-  const auto ring = Started();
   int frames = 0;
+  const auto ring = Started();
   ports_[4]->on_completion = [&](UsbCompletion& completion) {
     // Only frames that come in one piece are counted, so the damage hits exactly one frame.
     if (completion.data.size() == kLevelFrameBytes && ++frames == 5) completion.data[40] ^= std::byte{0x10};
@@ -128,8 +128,8 @@ TEST_F(UsbRangeRingTest, DropsADamagedFrameAndMarksItsSensorsOnly) {
 }
 
 TEST_F(UsbRangeRingTest, GivesUpOnABoardThatLosesFramesAgainAndAgain) {
-  const auto ring = Started();
   int transfers = 0;
+  const auto ring = Started();
   ports_[4]->on_completion = [&](UsbCompletion& completion) {
     if (++transfers % 2 == 0) completion.data.clear();
   };
@@ -143,8 +143,8 @@ TEST_F(UsbRangeRingTest, GivesUpOnABoardThatLosesFramesAgainAndAgain) {
 }
 
 TEST_F(UsbRangeRingTest, DropsRepeatedFrames) {
-  const auto ring = Started();
   std::vector<std::byte> last;
+  const auto ring = Started();
   ports_[2]->on_completion = [&](UsbCompletion& completion) {
     const std::vector<std::byte> fresh = completion.data;
     if (fresh.size() == kLevelFrameBytes) completion.data.insert(completion.data.end(), last.begin(), last.end());
@@ -213,8 +213,8 @@ TEST_F(UsbRangeRingTest, StartsAgainFromSequenceZeroManyTimes) {
 }
 
 TEST_F(UsbRangeRingTest, GoesOnAfterOneStallAndGivesUpAfterMany) {
-  const auto ring = Started();
   int stalls = 0;
+  const auto ring = Started();
   ports_[1]->on_completion = [&](UsbCompletion& completion) {
     if (stalls-- > 0) completion.status = UsbStatus::kStall;
   };
