@@ -13,10 +13,12 @@ PeriodicCubicBasis::PeriodicCubicBasis(std::size_t count)
   ENSURE(count >= 4, "a periodic cubic spline has at least four intervals");
 }
 
-CubicBasis PeriodicCubicBasis::At(double theta) const {
-  const double position = WrapAngle(theta) / spacing_;
-  const std::size_t interval = std::min(static_cast<std::size_t>(position), count_ - 1);
-  const double t = position - static_cast<double>(interval);
+std::size_t PeriodicCubicBasis::Interval(double theta) const {
+  return std::min(static_cast<std::size_t>(WrapAngle(theta) / spacing_), count_ - 1);
+}
+
+CubicBasis PeriodicCubicBasis::InInterval(std::size_t interval, double theta) const {
+  const double t = WrapAngle(theta) / spacing_ - static_cast<double>(interval);
   const double s = 1.0 - t;
   const double h = spacing_;
 
@@ -41,10 +43,13 @@ ClampedCubicBasis::ClampedCubicBasis(std::vector<double> breakpoints) : breakpoi
   knots_.insert(knots_.end(), 3, breakpoints_.back());
 }
 
-CubicBasis ClampedCubicBasis::At(double x) const {
-  // The interval [t_m, t_{m+1}) of the full knot vector that holds x; the last one is closed.
+std::size_t ClampedCubicBasis::Interval(double x) const {
   const auto above = std::upper_bound(breakpoints_.begin() + 1, breakpoints_.end() - 1, x);
-  const std::size_t m = static_cast<std::size_t>(above - breakpoints_.begin()) + 2;
+  return static_cast<std::size_t>(above - breakpoints_.begin()) - 1;
+}
+
+CubicBasis ClampedCubicBasis::InInterval(std::size_t interval, double x) const {
+  const std::size_t m = interval + 3;  // the interval [t_m, t_{m+1}) of the full knot vector
   const auto knot = [&](std::size_t i) { return knots_[i]; };
 
   // Cox–de Boor: rows of order 1 … 4; N[k] of order r is spline m - r + 1 + k.

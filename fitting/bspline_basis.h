@@ -25,8 +25,12 @@ class PeriodicCubicBasis {
   [[nodiscard]] std::size_t count() const { return count_; }
   /// Distance of knots, rad.
   [[nodiscard]] double spacing() const { return spacing_; }
+  /// The interval that holds any finite theta, rad (wrapped): 0 … count - 1.
+  [[nodiscard]] std::size_t Interval(double theta) const;
   /// The basis at any finite theta, rad (wrapped).
-  [[nodiscard]] CubicBasis At(double theta) const;
+  [[nodiscard]] CubicBasis At(double theta) const { return InInterval(Interval(theta), theta); }
+  /// The same with the polynomials of a given interval, which theta should lie in or at the edge of.
+  [[nodiscard]] CubicBasis InInterval(std::size_t interval, double theta) const;
 
  private:
   std::size_t count_;
@@ -45,8 +49,12 @@ class ClampedCubicBasis {
   [[nodiscard]] const std::vector<double>& breakpoints() const { return breakpoints_; }
   [[nodiscard]] double min() const { return breakpoints_.front(); }
   [[nodiscard]] double max() const { return breakpoints_.back(); }
+  /// The interval that holds x, 0 … breakpoints - 2; the first or last for x outside.
+  [[nodiscard]] std::size_t Interval(double x) const;
   /// The basis at x; outside [min, max] the end polynomial is continued.
-  [[nodiscard]] CubicBasis At(double x) const;
+  [[nodiscard]] CubicBasis At(double x) const { return InInterval(Interval(x), x); }
+  /// The same with the polynomials of a given interval.
+  [[nodiscard]] CubicBasis InInterval(std::size_t interval, double x) const;
 
  private:
   std::vector<double> breakpoints_;

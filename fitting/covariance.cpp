@@ -98,7 +98,6 @@ Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::Spars
   if (!sound) {
     return Fail("compute the model's uncertainty", "its normal matrix is not positive definite", "fit the scan again");
   }
-  factor->inverse = std::make_unique<SelectedInverse>(factor->ldlt);
   return SurfaceCovariance(std::move(factor));
 }
 
@@ -106,15 +105,16 @@ double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
   return gradient.dot(factor_->ldlt.solve(gradient));
 }
 
-double SurfaceCovariance::RadiusVariance(const RadiusRow& row) const {
+double SurfaceCovariance::LocalVariance(std::span<const CoefficientWeight> gradient) const {
+  if (factor_->inverse == nullptr) factor_->inverse = std::make_unique<SelectedInverse>(factor_->ldlt);
   const auto& order = factor_->ldlt.permutationP().indices();
   double variance = 0.0;
-  for (std::size_t a = 0; a < row.index.size(); ++a) {
-    for (std::size_t b = 0; b < row.index.size(); ++b) {
-      if (row.value[a] == 0.0 || row.value[b] == 0.0) continue;
-      variance += row.value[a] * row.value[b] *
-                  factor_->inverse->At(order[static_cast<Eigen::Index>(row.index[a])],
-                                       order[static_cast<Eigen::Index>(row.index[b])]);
+  for (const CoefficientWeight& a : gradient) {
+    for (const CoefficientWeight& b : gradient) {
+      if (a.weight == 0.0 || b.weight == 0.0) continue;
+      variance +=
+          a.weight * b.weight *
+          factor_->inverse->At(order[static_cast<Eigen::Index>(a.index)], order[static_cast<Eigen::Index>(b.index)]);
     }
   }
   return std::max(variance, 0.0);

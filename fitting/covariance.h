@@ -1,14 +1,21 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <cstddef>
 #include <memory>
+#include <span>
 
 #include "base/result.h"
-#include "fitting/spline_surface.h"
 
 namespace annulus {
 
-/// Posterior covariance A⁻¹ of a surface's coefficients, from its normal matrix. Immutable; reentrant.
+/// One entry of a sparse gradient.
+struct CoefficientWeight {
+  std::size_t index = 0;
+  double weight = 0.0;
+};
+
+/// Posterior covariance A⁻¹ of a surface's coefficients, from its normal matrix. Thread-bound.
 class SurfaceCovariance {
  public:
   /// Factorises the upper triangle of a symmetric positive definite matrix. Fails if it is not.
@@ -21,8 +28,10 @@ class SurfaceCovariance {
   /// Variance gᵀA⁻¹g of a quantity with gradient g with respect to the coefficients.
   [[nodiscard]] double Variance(const Eigen::VectorXd& gradient) const;
 
-  /// Variance of the radius at one place, mm². Uses the entries of A⁻¹ on the factor's pattern (Takahashi's recursion).
-  [[nodiscard]] double RadiusVariance(const RadiusRow& row) const;
+  /// The same for a gradient with few entries, all pairs of which have entries in the normal matrix (coefficients that
+  /// act at one place): uses the entries of A⁻¹ on the factor's pattern (Takahashi's recursion), made at the first
+  /// call.
+  [[nodiscard]] double LocalVariance(std::span<const CoefficientWeight> gradient) const;
 
  private:
   struct Factor;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <numeric>
 
 #include "fitting/cell_grid.h"
@@ -16,7 +17,6 @@ namespace {
 constexpr std::size_t kMinLevels = 8;
 constexpr std::size_t kMinSamples = 100;
 constexpr double kSmallestNoise = 1e-3;  // mm; a scan without noise is fitted as if it had this much
-constexpr double kRidge = 1e-10;
 
 /// Seconds since it was made or last asked.
 class Stopwatch {
@@ -56,129 +56,194 @@ Status CheckEnough(const SampleGrid& grid, std::span<const SampleVerdict> verdic
   return {};
 }
 
-std::vector<SampleRow> MakeRows(std::span<const SurfaceSample> samples, std::span<const SampleVerdict> verdicts,
-                                const PeriodicCubicBasis& theta, const ClampedCubicBasis& z) {
-  std::vector<SampleRow> rows;
-  rows.reserve(samples.size());
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (verdicts[k] != SampleVerdict::kGood) continue;
-    rows.push_back(
-        {theta.At(samples[k].theta), z.At(samples[k].z), samples[k].radius, static_cast<double>(samples[k].weight)});
-  }
-  return rows;
-}
-
-struct KnotCounts {
-  std::size_t theta = 0;
-  std::size_t z = 0;  ///< Intervals.
-};
-
-KnotCounts ChooseKnots(const FitOptions& options, const CellGrid& cells) {
-  constexpr std::size_t kMinTheta = 12;
-  constexpr std::size_t kMaxTheta = 180;
-  constexpr std::size_t kMaxZ = 400;
-  const bool uniform = options.method == FitMethod::kUniform;
-  KnotCounts counts{options.theta_knots, options.z_knots};
-  if (counts.theta == 0) counts.theta = uniform ? std::size_t{48} : cells.columns() / 2;
-  if (counts.z == 0) counts.z = uniform ? std::min(std::size_t{117}, cells.rows()) : cells.rows() / 2;
-  return {std::clamp(counts.theta, kMinTheta, kMaxTheta), std::clamp(counts.z, std::size_t{4}, kMaxZ)};
-}
-
 double MeanRadius(const std::vector<SampleRow>& rows) {
   double sum = 0.0;
   for (const SampleRow& row : rows) sum += row.radius;
   return sum / static_cast<double>(rows.size());
 }
 
-/// Local scale of the residuals over the noise, >= 1: RMS over the samples of the 5 × 5 cells around, so that the loss
-/// widens where the surface is rough and detail is not taken for outliers.
-std::vector<double> LocalScales(std::span<const SurfaceSample> samples, std::span<const SampleVerdict> verdicts,
-                                const CellGrid& cells, const Eigen::VectorXd& residuals, double noise_sigma) {
-  std::vector<double> squares(cells.columns() * cells.rows(), 0.0);
-  std::vector<double> counts(squares.size(), 0.0);
-  Eigen::Index used = 0;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (verdicts[k] != SampleVerdict::kGood) continue;
-    const std::size_t cell = cells.IndexOf(samples[k]);
-    squares[cell] += residuals[used] * residuals[used];
-    counts[cell] += 1.0;
-    ++used;
+/// What all stages of one fit share.
+struct FitInput {
+  std::span<const SurfaceSample> samples;
+  std::vector<char> use;  ///< Samples that passed the screening.
+  CellGrid cells;
+  double noise = 0.0;  ///< mm
+};
+
+/// Residuals collected by cell.
+struct CellResiduals {
+  std::vector<double> sum;
+  std::vector<double> squares;
+  std::vector<double> count;
+};
+
+CellResiduals CollectResiduals(const FitInput& input, const SplineSystem& system, const Eigen::VectorXd& residuals) {
+  const std::size_t n = input.cells.columns() * input.cells.rows();
+  CellResiduals by_cell{std::vector<double>(n), std::vector<double>(n), std::vector<double>(n)};
+  for (std::size_t k = 0; k < system.rows().size(); ++k) {
+    const std::size_t cell = input.cells.IndexOf(input.samples[system.rows()[k].sample]);
+    const double residual = residuals[static_cast<Eigen::Index>(k)];
+    by_cell.sum[cell] += residual;
+    by_cell.squares[cell] += residual * residual;
+    by_cell.count[cell] += 1.0;
   }
-  const auto columns = static_cast<std::ptrdiff_t>(cells.columns());
-  const auto rows = static_cast<std::ptrdiff_t>(cells.rows());
-  std::vector<double> scale_of_cell(squares.size(), 1.0);
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    for (std::ptrdiff_t column = 0; column < columns; ++column) {
-      double sum = 0.0;
+  return by_cell;
+}
+
+/// Calls `visit` with the index of every cell of the (2·half_rows + 1) × (2·half_columns + 1) window around a cell.
+template <class Visit>
+void ForWindow(const CellGrid& cells, std::size_t column, std::size_t row, std::array<std::ptrdiff_t, 2> half,
+               Visit visit) {
+  const auto width = static_cast<std::ptrdiff_t>(cells.columns());
+  const auto first = std::max<std::ptrdiff_t>(0, static_cast<std::ptrdiff_t>(row) - half[0]);
+  const auto last = std::min(static_cast<std::ptrdiff_t>(cells.rows()) - 1, static_cast<std::ptrdiff_t>(row) + half[0]);
+  for (std::ptrdiff_t r = first; r <= last; ++r) {
+    for (std::ptrdiff_t d = -half[1]; d <= half[1]; ++d) {
+      visit(static_cast<std::size_t>(r * width + (static_cast<std::ptrdiff_t>(column) + d + width) % width));
+    }
+  }
+}
+
+/// Local scale of the residuals over the noise, >= 1, one per row: RMS over the 5 × 5 cells around, so that the loss
+/// widens where the surface is rough and detail is not taken for outliers.
+std::vector<double> LocalScales(const FitInput& input, const SplineSystem& system, const Eigen::VectorXd& residuals) {
+  const CellResiduals by_cell = CollectResiduals(input, system, residuals);
+  const CellGrid& cells = input.cells;
+  std::vector<double> scale_of_cell(by_cell.sum.size(), 1.0);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      double squares = 0.0;
       double count = 0.0;
-      for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(0, row - 2); r <= std::min(rows - 1, row + 2); ++r) {
-        for (std::ptrdiff_t d = -2; d <= 2; ++d) {
-          const auto k = static_cast<std::size_t>(r * columns + (column + d + columns) % columns);
-          sum += squares[k];
-          count += counts[k];
-        }
-      }
-      const double rms = count > 0.0 ? std::sqrt(sum / count) : 0.0;
-      scale_of_cell[static_cast<std::size_t>(row * columns + column)] = std::max(1.0, rms / noise_sigma);
+      ForWindow(cells, column, row, {2, 2}, [&](std::size_t k) {
+        squares += by_cell.squares[k];
+        count += by_cell.count[k];
+      });
+      const double rms = count > 0.0 ? std::sqrt(squares / count) : 0.0;
+      scale_of_cell[cells.Index(column, row)] = std::max(1.0, rms / input.noise);
     }
   }
   std::vector<double> scales;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (verdicts[k] == SampleVerdict::kGood) scales.push_back(scale_of_cell[cells.IndexOf(samples[k])]);
-  }
+  for (const SampleRow& row : system.rows()) scales.push_back(scale_of_cell[cells.IndexOf(input.samples[row.sample])]);
   return scales;
 }
 
-Eigen::VectorXd Residuals(const SplineSystem& system, const Eigen::VectorXd& coefficients) {
-  Eigen::VectorXd residuals = -system.Predict(coefficients);
-  for (std::size_t k = 0; k < system.rows().size(); ++k)
-    residuals[static_cast<Eigen::Index>(k)] += system.rows()[k].radius;
-  return residuals;
+/// Cells of the basis' finest level in which the residuals are not noise: their sum over a small window of the data is
+/// more than kMarkThreshold standard deviations.
+std::vector<char> MarkUnresolved(const FitInput& input, const SplineSystem& system, const Eigen::VectorXd& residuals) {
+  constexpr double kMarkThreshold = 3.5;
+  constexpr std::array<std::array<std::ptrdiff_t, 2>, 6> kWindows{{{0, 0}, {1, 1}, {0, 2}, {2, 0}, {0, 1}, {1, 0}}};
+  const CellResiduals by_cell = CollectResiduals(input, system, residuals);
+  const CellGrid& cells = input.cells;
+  const SplineLevel& fine = system.basis().finest();
+  std::vector<char> marks(fine.theta_cells() * fine.z_cells(), 0);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      for (const auto& half : kWindows) {
+        double sum = 0.0;
+        double count = 0.0;
+        ForWindow(cells, column, row, half, [&](std::size_t k) {
+          sum += by_cell.sum[k];
+          count += by_cell.count[k];
+        });
+        if (std::abs(sum) <= kMarkThreshold * input.noise * std::sqrt(count)) continue;
+        ForWindow(cells, column, row, half, [&](std::size_t k) {
+          if (by_cell.count[k] == 0.0) return;  // nothing is resolved in a hole
+          const double theta = cells.theta(k % cells.columns());
+          const double z = cells.z(k / cells.columns());
+          marks[fine.z.Interval(z) * fine.theta_cells() + fine.theta.Interval(theta)] = 1;
+        });
+      }
+    }
+  }
+  return marks;
 }
 
-SplineSystem MakeSystem(std::span<const SurfaceSample> samples, std::span<const SampleVerdict> verdicts,
-                        const CellGrid& cells, KnotCounts knots, double noise) {
-  const PeriodicCubicBasis theta(knots.theta);
-  const ClampedCubicBasis z(UniformBreakpoints(cells.z_min(), cells.z_max(), knots.z));
-  return {theta, z, MakeRows(samples, verdicts, theta, z), noise};
-}
-
-/// The penalty that a method wants, holes included, and the λ that cross-validation chose on the way.
-struct Smoothing {
-  StencilMatrix penalty;
-  double lambda = 0.0;
+/// A solved smoothing problem and what the next stage needs of it.
+struct SolvedSystem {
+  std::unique_ptr<const HierarchicalSpline> basis;
+  std::unique_ptr<const SplineSystem> system;  ///< Borrows the basis.
+  Eigen::SparseMatrix<double> penalty;         ///< Upper triangle.
+  std::unique_ptr<SparseFactor> factor;        ///< Of data + penalty.
+  Eigen::VectorXd coefficients;
 };
 
-/// kUniform: thin plate with the λ of this system. kAdaptive: local weights, with a coarse pilot to fill holes.
-Result<Smoothing> ChooseSmoothingFor(FitMethod method, std::span<const SurfaceSample> samples,
-                                     std::span<const SampleVerdict> verdicts, const CellGrid& cells,
-                                     const SplineSystem& system) {
-  constexpr KnotCounts kPilot{48, 60};
-  const KnotCounts knots{std::min(kPilot.theta, system.theta().count()), std::min(kPilot.z, system.z().count() - 3)};
-  const SplineSystem coarse = MakeSystem(samples, verdicts, cells, knots, system.noise_sigma());
-  const SplineSystem& pilot_system = method == FitMethod::kUniform ? system : coarse;
-  const StencilMatrix thin_plate = RoughnessMatrix(pilot_system.theta(), pilot_system.z(), cells,
-                                                   ThinPlateWeights(cells, MeanRadius(system.rows()), 1.0));
-  auto pilot = ChooseSmoothing(pilot_system, HoleMatrix(pilot_system.theta(), pilot_system.z(), cells), thin_plate);
-  if (!pilot) return Fail(pilot);
-  StencilMatrix penalty = HoleMatrix(system.theta(), system.z(), cells);
-  if (method == FitMethod::kUniform) {
-    penalty.Add(thin_plate, pilot->lambda);
-  } else {
-    const SplineSurface surface(pilot_system.theta(), pilot_system.z(), pilot->coefficients);
-    const RoughnessWeights weights = LocalWeights(cells, surface, system.noise_sigma());
-    penalty.Add(RoughnessMatrix(system.theta(), system.z(), cells, weights), 1.0);
-  }
-  return Smoothing{std::move(penalty), pilot->lambda};
+tl::unexpected<Error> FailSingular() {
+  return Fail("fit a surface", "the equations are singular", "scan again: the returns do not cover the body");
 }
 
-/// Factorises data + penalty and returns its upper triangle; factor.info() tells whether it worked.
-Eigen::SparseMatrix<double> Factorise(StencilMatrix matrix, const StencilMatrix& penalty, SparseFactor& factor) {
-  matrix.Add(penalty, 1.0);
-  matrix.AddDiagonal(kRidge * matrix.MeanDiagonal());
-  Eigen::SparseMatrix<double> upper = matrix.UpperTriangle();
-  factor.compute(upper);
-  return upper;
+Result<SolvedSystem> Solve(const FitInput& input, std::unique_ptr<const HierarchicalSpline> basis,
+                           const RoughnessWeights& weights) {
+  SolvedSystem solved;
+  solved.basis = std::move(basis);
+  solved.system = std::make_unique<const SplineSystem>(*solved.basis, input.samples, input.use, input.noise);
+  LeafForms forms = RoughnessForms(*solved.basis, input.cells, weights);
+  forms.Add(HoleForms(*solved.basis, input.cells), 1.0);
+  solved.penalty = forms.Assemble(*solved.basis);
+  AddRidge(solved.penalty);
+  const Eigen::SparseMatrix<double> data = solved.system->DataForms({}).Assemble(*solved.basis);
+  solved.factor = std::make_unique<SparseFactor>(data + solved.penalty);
+  if (solved.factor->info() != Eigen::Success) return FailSingular();
+  solved.coefficients = solved.factor->solve(solved.system->DataVector());
+  if (!solved.coefficients.allFinite()) return FailSingular();
+  return solved;
+}
+
+/// A plain tensor basis over the cells' heights.
+std::unique_ptr<const HierarchicalSpline> TensorBasis(const CellGrid& cells, std::size_t theta_count,
+                                                      std::size_t z_intervals) {
+  return std::make_unique<const HierarchicalSpline>(
+      theta_count, UniformBreakpoints(cells.z_min(), cells.z_max(), z_intervals), RefinementFlags{});
+}
+
+/// Thin plate with the λ that cross-validation chooses on a tensor basis.
+Result<SmoothingChoice> ChooseThinPlate(const FitInput& input, const HierarchicalSpline& basis) {
+  const SplineSystem system(basis, input.samples, input.use, input.noise);
+  const LeafForms thin_plate =
+      RoughnessForms(basis, input.cells, ThinPlateWeights(input.cells, MeanRadius(system.rows()), 1.0));
+  return ChooseSmoothing(system, HoleForms(basis, input.cells), thin_plate);
+}
+
+/// One weight for the whole surface.
+Result<SolvedSystem> SolveUniform(const FitInput& input, const FitOptions& options, double& lambda) {
+  const std::size_t theta_count = options.theta_knots != 0 ? options.theta_knots : 48;
+  const std::size_t z_intervals =
+      options.z_knots != 0 ? options.z_knots : std::min<std::size_t>(117, input.cells.rows());
+  auto basis = TensorBasis(input.cells, std::clamp<std::size_t>(theta_count, 8, 720),
+                           std::clamp<std::size_t>(z_intervals, 4, 2000));
+  const auto choice = ChooseThinPlate(input, *basis);
+  if (!choice) return Fail(choice);
+  lambda = choice->lambda;
+  const SplineSystem system(*basis, input.samples, input.use, input.noise);
+  const RoughnessWeights weights = ThinPlateWeights(input.cells, MeanRadius(system.rows()), lambda);
+  return Solve(input, std::move(basis), weights);
+}
+
+/// Local weights on a hierarchy that is refined where the residuals are not noise: 4 × 4 cells, 2 × 2, 1 × 1.
+Result<SolvedSystem> SolveAdaptive(const FitInput& input, const TaskContext& context, double& lambda) {
+  constexpr std::size_t kMaxCoarseTheta = 180;
+  constexpr std::size_t kMaxCoarseZ = 500;
+  const std::size_t theta_count = std::clamp<std::size_t>((input.cells.columns() + 3) / 4, 6, kMaxCoarseTheta);
+  const std::size_t z_intervals = std::clamp<std::size_t>((input.cells.rows() + 2) / 4, 2, kMaxCoarseZ);
+
+  const auto pilot_basis = TensorBasis(input.cells, theta_count, std::min<std::size_t>(z_intervals, 60));
+  const auto pilot = ChooseThinPlate(input, *pilot_basis);
+  if (!pilot) return Fail(pilot);
+  lambda = pilot->lambda;
+  const RoughnessWeights weights = LocalWeights(input.cells, pilot_basis->Surface(pilot->coefficients), input.noise);
+
+  const std::vector<double> breakpoints = UniformBreakpoints(input.cells.z_min(), input.cells.z_max(), z_intervals);
+  RefinementFlags flags{std::vector<char>(theta_count * z_intervals, 0),
+                        std::vector<char>(4 * theta_count * z_intervals, 0)};
+  constexpr std::size_t kPasses = 3;
+  for (std::size_t pass = 0;; ++pass) {
+    context.Report("fitting", 0.3 + 0.15 * static_cast<double>(pass), 1.0);
+    auto solved = Solve(input, std::make_unique<const HierarchicalSpline>(theta_count, breakpoints, flags), weights);
+    if (!solved || pass + 1 == kPasses) return solved;
+    const Eigen::VectorXd residuals = solved->system->Residuals(solved->coefficients);
+    const std::vector<char> marks = MarkUnresolved(input, *solved->system, residuals);
+    flags = solved->basis->WithMarks(0, marks);
+    if (pass > 0) flags = HierarchicalSpline(theta_count, breakpoints, flags).WithMarks(1, marks);
+  }
 }
 
 void FillSummary(std::span<const SurfaceSample> samples, Screening& screening, FitSummary& summary) {
@@ -211,44 +276,39 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   const SampleGrid grid(samples);
   Screening screening = ScreenSamples(samples, grid, options.screening);
   RETURN_IF_ERROR(CheckEnough(grid, screening.verdicts));
-  const std::vector<SampleVerdict> verdicts = screening.verdicts;
-  const double noise = std::max(kSmallestNoise, EstimateNoise(samples, grid, verdicts));
+  FitInput input{samples,
+                 {},
+                 CellGrid(samples, grid, screening.verdicts),
+                 std::max(kSmallestNoise, EstimateNoise(samples, grid, screening.verdicts))};
+  for (const SampleVerdict verdict : screening.verdicts) input.use.push_back(verdict == SampleVerdict::kGood ? 1 : 0);
   summary.times.screening_s = watch.Lap();
 
   context.Report("fitting", 0.1, 1.0);
-  const CellGrid cells(samples, grid, verdicts);
-  const SplineSystem system = MakeSystem(samples, verdicts, cells, ChooseKnots(options, cells), noise);
-  auto smoothing = ChooseSmoothingFor(options.method, samples, verdicts, cells, system);
-  if (!smoothing) return Fail(smoothing);
-  summary.times.smoothing_s = watch.Lap();
-
-  context.Report("fitting", 0.6, 1.0);
-  SparseFactor factor;
-  (void)Factorise(system.DataMatrix({}), smoothing->penalty, factor);
-  if (factor.info() != Eigen::Success) {
-    return Fail("fit a surface", "the equations are singular", "scan again: the returns do not cover the body");
-  }
-  const Eigen::VectorXd start = factor.solve(system.DataVector({}));
+  auto solved = options.method == FitMethod::kUniform ? SolveUniform(input, options, summary.lambda)
+                                                      : SolveAdaptive(input, context, summary.lambda);
+  if (!solved) return Fail(solved);
+  const SplineSystem& system = *solved->system;
   summary.times.solve_s = watch.Lap();
 
   context.Report("fitting", 0.8, 1.0);
-  const std::vector<double> scales = LocalScales(samples, verdicts, cells, Residuals(system, start), noise);
-  PolishResult polish = RobustPolish(system, smoothing->penalty, factor, start, scales);
-  if (!polish.coefficients.allFinite()) {
-    return Fail("fit a surface", "the solution is not finite", "scan again: the returns do not determine a surface");
+  const std::vector<double> scales = LocalScales(input, system, system.Residuals(solved->coefficients));
+  PolishResult polish = RobustPolish(system, solved->penalty, *solved->factor, solved->coefficients, scales);
+  if (!polish.coefficients.allFinite()) return FailSingular();
+  const Eigen::SparseMatrix<double> data = system.DataForms(polish.factors).Assemble(*solved->basis);
+  Eigen::SparseMatrix<double> normal_matrix = data + solved->penalty;
+  solved->factor->factorize(normal_matrix);
+  // Twicing (Tukey 1977): the residuals, smoothed once more, are what the smoothing took off the corners.
+  Eigen::VectorXd left = system.Residuals(polish.coefficients);
+  for (std::size_t k = 0; k < system.rows().size(); ++k) {
+    left[static_cast<Eigen::Index>(k)] *=
+        polish.factors[k] * static_cast<double>(system.rows()[k].weight) / (input.noise * input.noise);
   }
-  const StencilMatrix weighted = system.DataMatrix(polish.factors);
-  Eigen::SparseMatrix<double> normal_matrix = Factorise(weighted, smoothing->penalty, factor);
-  summary.effective_parameters = EffectiveParameters(factor, weighted.UpperTriangle());
+  polish.coefficients += solved->factor->solve(system.Transpose(left));
+  summary.effective_parameters = EffectiveParameters(*solved->factor, data);
   summary.times.polish_s = watch.Lap();
 
   context.Report("fitting", 0.95, 1.0);
-  SurfaceSegment segment{"body", SplineSurface(system.theta(), system.z(), polish.coefficients), KnowledgeMap(),
-                         std::move(normal_matrix)};
-  segment.knowledge = BuildKnowledge(cells, segment.surface);
-  summary.times.knowledge_s = watch.Lap();
-
-  const Eigen::VectorXd residuals = Residuals(system, polish.coefficients);
+  const Eigen::VectorXd residuals = system.Residuals(polish.coefficients);
   double weighted_squares = 0.0;
   for (Eigen::Index k = 0; k < residuals.size(); ++k) {
     weighted_squares += polish.factors[static_cast<std::size_t>(k)] * residuals[k] * residuals[k];
@@ -256,13 +316,21 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   const auto used = static_cast<double>(residuals.size());
   summary.noise_sigma_mm = std::sqrt(weighted_squares / std::max(1.0, used - summary.effective_parameters));
   summary.rms_mm = std::sqrt(residuals.squaredNorm() / used);
-  summary.coefficients = system.size();
-  summary.lambda = smoothing->lambda;
+  summary.coefficients = solved->basis->size();
   summary.cost_start = polish.cost_start;
   summary.cost_end = polish.cost_end;
   summary.iterations = polish.iterations;
   summary.termination = polish.termination;
   FillSummary(samples, screening, summary);
+
+  SurfaceSegment segment{"body",
+                         solved->basis->Surface(polish.coefficients),
+                         KnowledgeMap(),
+                         std::move(normal_matrix),
+                         std::move(solved->basis),
+                         std::move(polish.coefficients)};
+  segment.knowledge = BuildKnowledge(input.cells, segment.surface);
+  summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = total.Lap();
 
   FitResult result;

@@ -22,8 +22,8 @@ enum class FitMethod {
 /// What a caller can choose. The defaults need no tuning.
 struct FitOptions {
   FitMethod method = FitMethod::kAdaptive;
-  std::size_t theta_knots = 0;  ///< Knots around; 0: half the ring's sensors (kUniform: 48).
-  std::size_t z_knots = 0;  ///< Intervals in height; 0: half the scan's levels (kUniform: 117, so 120 coefficients).
+  std::size_t theta_knots = 0;  ///< kUniform only: knots around; 0 is 48.
+  std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 coefficients).
   ScreeningOptions screening;
 };
 
@@ -36,7 +36,6 @@ struct RejectedSample {
 /// Seconds spent per stage.
 struct FitTimes {
   double screening_s = 0.0;
-  double smoothing_s = 0.0;
   double solve_s = 0.0;
   double polish_s = 0.0;
   double knowledge_s = 0.0;
@@ -70,8 +69,9 @@ struct FitResult {
 };
 
 /// Fits r(theta, z) to the samples of one scan: paper 001, eqs. 2.2–2.4 (squared error plus quadratic variation), by
-///   1. screening (neighbourhood, foreground), 2. a pilot with one thin-plate weight chosen by GCV,
-///   3. local smoothing weights, 4. a robust polish by Ceres whose scale is local.
+///   1. screening (neighbourhood, foreground), 2. a coarse pilot with one thin-plate weight chosen by GCV,
+///   3. local smoothing weights, 4. a hierarchical spline refined where residuals are not noise,
+///   5. a robust polish by Ceres whose scale is local, 6. one step of twicing against the smoothing's bias.
 /// Holes are allowed; `model.segments[0].knowledge` says what was seen. Deterministic, one thread.
 /// Fails when fewer than 8 levels or 100 good samples remain, or when the heights or angles seen do not determine a
 /// surface.

@@ -10,14 +10,14 @@ namespace annulus {
 namespace {
 
 /// Where Huber's loss turns from square to linear, in local standard deviations.
-constexpr double kHuberWidth = 2.5;
+constexpr double kHuberWidth = 5.0;
 
 /// The robust cost as a function of y, with c = c0 + P⁻¹ L⁻ᵀ y and A = PᵀLLᵀP the system matrix at the start.
 class RobustCost final : public ceres::FirstOrderFunction {
  public:
-  RobustCost(const SplineSystem& system, const StencilMatrix& penalty, const SparseFactor& factor,
+  RobustCost(const SplineSystem& system, const Eigen::SparseMatrix<double>& penalty_upper, const SparseFactor& factor,
              const Eigen::VectorXd& start, std::span<const double> scales)
-      : system_(system), penalty_(penalty.UpperTriangle()), factor_(factor), start_(start), scales_(scales) {}
+      : system_(system), penalty_(penalty_upper), factor_(factor), start_(start), scales_(scales) {}
 
   [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const {
     return start_ + factor_.permutationPinv() * Eigen::VectorXd(factor_.matrixU().solve(y));
@@ -27,17 +27,17 @@ class RobustCost final : public ceres::FirstOrderFunction {
     const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());
     const Eigen::VectorXd c = Coefficients(y);
     const Eigen::VectorXd penalty_times_c = penalty_.selfadjointView<Eigen::Upper>() * c;
-    const Eigen::VectorXd prediction = system_.Predict(c);
-    Eigen::VectorXd slope(prediction.size());
+    const Eigen::VectorXd residuals = system_.Residuals(c);
+    Eigen::VectorXd slope(residuals.size());
     double data_cost = 0.0;
-    for (Eigen::Index k = 0; k < prediction.size(); ++k) {
+    for (Eigen::Index k = 0; k < residuals.size(); ++k) {
       const auto index = static_cast<std::size_t>(k);
       const SampleRow& row = system_.rows()[index];
       const double scale = system_.noise_sigma() * scales_[index];
-      const double residual = (row.radius - prediction[k]) / scale;
+      const double residual = residuals[k] / scale;
       std::array<double, 3> rho{};
       loss_.Evaluate(residual * residual, rho.data());
-      const double weight = row.weight * scales_[index] * scales_[index];
+      const double weight = static_cast<double>(row.weight) * scales_[index] * scales_[index];
       data_cost += 0.5 * weight * rho[0];
       slope[k] = -weight * rho[1] * residual / scale;
     }
@@ -54,11 +54,10 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
   /// rho' of every sample: its weight in the equivalent least-squares problem.
   [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& c) const {
-    const Eigen::VectorXd prediction = system_.Predict(c);
+    const Eigen::VectorXd residuals = system_.Residuals(c);
     std::vector<double> factors(scales_.size());
     for (std::size_t k = 0; k < factors.size(); ++k) {
-      const double residual =
-          (system_.rows()[k].radius - prediction[static_cast<Eigen::Index>(k)]) / (system_.noise_sigma() * scales_[k]);
+      const double residual = residuals[static_cast<Eigen::Index>(k)] / (system_.noise_sigma() * scales_[k]);
       std::array<double, 3> rho{};
       loss_.Evaluate(residual * residual, rho.data());
       factors[k] = rho[1];
@@ -68,7 +67,7 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
  private:
   const SplineSystem& system_;
-  Eigen::SparseMatrix<double> penalty_;
+  const Eigen::SparseMatrix<double>& penalty_;
   const SparseFactor& factor_;
   const Eigen::VectorXd& start_;
   std::span<const double> scales_;
@@ -77,9 +76,9 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
 }  // namespace
 
-PolishResult RobustPolish(const SplineSystem& system, const StencilMatrix& penalty, const SparseFactor& factor,
-                          const Eigen::VectorXd& start, std::span<const double> scales) {
-  auto* cost = new RobustCost(system, penalty, factor, start, scales);
+PolishResult RobustPolish(const SplineSystem& system, const Eigen::SparseMatrix<double>& penalty_upper,
+                          const SparseFactor& factor, const Eigen::VectorXd& start, std::span<const double> scales) {
+  auto* cost = new RobustCost(system, penalty_upper, factor, start, scales);
   const ceres::GradientProblem problem(cost);  // owns the cost
   ceres::GradientProblemSolver::Options options;
   options.line_search_direction_type = ceres::LBFGS;

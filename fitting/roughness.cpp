@@ -7,9 +7,26 @@ namespace annulus {
 namespace {
 
 constexpr std::ptrdiff_t kHalf = 2;          // of the 5 × 5 window of the local quadratic
-constexpr double kVarianceInflation = 12.0;  // prior variance of a second difference over its local mean square
-constexpr double kSmallestBend = 0.06;       // mm; no cell is taken to be flatter than this
+constexpr double kVarianceInflation = 16.0;  // prior variance of a second difference over its local mean square
+constexpr double kSmallestBend = 0.10;       // mm; no cell is taken to be flatter than this
 constexpr double kHoleSlope = 3.0;           // mm per cell; prior sd of the slope where nothing was seen
+
+/// The local splines at one place.
+struct LocalBases {
+  std::size_t leaf = 0;
+  CubicBasis theta;
+  CubicBasis z;
+};
+
+LocalBases BasesAt(const HierarchicalSpline& basis, double theta, double z) {
+  LocalBases at;
+  at.leaf = basis.LeafAt(theta, z);
+  const SplineLeaf& leaf = basis.leaves()[at.leaf];
+  const SplineLevel& level = basis.levels()[leaf.level];
+  at.theta = level.theta.InInterval(leaf.theta_cell, theta);
+  at.z = level.z.InInterval(leaf.z_cell, z);
+  return at;
+}
 
 /// Values on the cells: the mean of the samples, or the pilot where there is none.
 struct FilledCells {
@@ -103,45 +120,67 @@ RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, dou
   return {std::vector<CellBend>(cells.columns() * cells.rows(), weight)};
 }
 
-StencilMatrix RoughnessMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z, const CellGrid& cells,
-                              const RoughnessWeights& weights) {
-  StencilMatrix matrix(theta.count(), z.count());
+LeafForms RoughnessForms(const HierarchicalSpline& basis, const CellGrid& cells, const RoughnessWeights& weights) {
+  LeafForms forms(basis);
   const double uu_scale = std::pow(cells.theta_step(), 4);
   const double vv_scale = std::pow(cells.z_step(), 4);
   const double uv_scale = std::pow(cells.theta_step() * cells.z_step(), 2);
-  std::vector<CubicBasis> theta_at(cells.columns());
-  for (std::size_t column = 0; column < cells.columns(); ++column) theta_at[column] = theta.At(cells.theta(column));
   for (std::size_t row = 0; row < cells.rows(); ++row) {
-    const CubicBasis v = z.At(cells.z(row));
     for (std::size_t column = 0; column < cells.columns(); ++column) {
-      const CubicBasis& u = theta_at[column];
+      const LocalBases at = BasesAt(basis, cells.theta(column), cells.z(row));
       const CellBend& w = weights.cells[cells.Index(column, row)];
-      matrix.AddOuter(u, u.second, v, v.value, w.uu * uu_scale);
-      matrix.AddOuter(u, u.value, v, v.second, w.vv * vv_scale);
-      matrix.AddOuter(u, u.first, v, v.first, w.uv * uv_scale);
+      forms.AddOuter(at.leaf, at.theta.second, at.z.value, w.uu * uu_scale);
+      forms.AddOuter(at.leaf, at.theta.value, at.z.second, w.vv * vv_scale);
+      forms.AddOuter(at.leaf, at.theta.first, at.z.first, w.uv * uv_scale);
     }
   }
-  return matrix;
+  return forms;
 }
 
-StencilMatrix HoleMatrix(const PeriodicCubicBasis& theta, const ClampedCubicBasis& z, const CellGrid& cells) {
-  StencilMatrix matrix(theta.count(), z.count());
+LeafForms HoleForms(const HierarchicalSpline& basis, const CellGrid& cells) {
+  LeafForms forms(basis);
   const double theta_weight = std::pow(cells.theta_step() / kHoleSlope, 2);
   const double z_weight = std::pow(cells.z_step() / kHoleSlope, 2);
   for (std::size_t row = 0; row < cells.rows(); ++row) {
-    const CubicBasis v = z.At(cells.z(row));
     for (std::size_t column = 0; column < cells.columns(); ++column) {
       if (cells.count(column, row) > 0) continue;
-      const CubicBasis u = theta.At(cells.theta(column));
-      matrix.AddOuter(u, u.first, v, v.value, theta_weight);
-      matrix.AddOuter(u, u.value, v, v.first, z_weight);
+      const LocalBases at = BasesAt(basis, cells.theta(column), cells.z(row));
+      forms.AddOuter(at.leaf, at.theta.first, at.z.value, theta_weight);
+      forms.AddOuter(at.leaf, at.theta.value, at.z.first, z_weight);
     }
   }
-  return matrix;
+  return forms;
+}
+
+/// Squared second differences between direct neighbours, kept only where they stand out of the noise: steps and edges.
+std::vector<CellBend> SquaredSteps(const CellGrid& cells, const FilledCells& filled, double noise_sigma) {
+  constexpr double kStandsOut = 5.0;  // noise standard deviations
+  const auto columns = static_cast<std::ptrdiff_t>(cells.columns());
+  const auto rows = static_cast<std::ptrdiff_t>(cells.rows());
+  const auto square_if_step = [&](double difference, double factor) {
+    const double threshold = kStandsOut * factor * noise_sigma;
+    return std::abs(difference) > threshold ? difference * difference : 0.0;
+  };
+  std::vector<CellBend> steps(filled.value.size());
+  for (std::ptrdiff_t row = 1; row + 1 < rows; ++row) {
+    for (std::ptrdiff_t column = 0; column < columns; ++column) {
+      const auto at = [&](std::ptrdiff_t dr, std::ptrdiff_t dc) {
+        return filled.value[static_cast<std::size_t>((row + dr) * columns + (column + dc + columns) % columns)];
+      };
+      const double uu = at(0, -1) - 2.0 * at(0, 0) + at(0, 1);
+      const double vv = at(-1, 0) - 2.0 * at(0, 0) + at(1, 0);
+      const double uv = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1));
+      steps[static_cast<std::size_t>(row * columns + column)] = {
+          square_if_step(uu, std::sqrt(6.0)), square_if_step(vv, std::sqrt(6.0)), square_if_step(uv, 0.5)};
+    }
+  }
+  return steps;
 }
 
 RoughnessWeights LocalWeights(const CellGrid& cells, const SplineSurface& pilot, double noise_sigma) {
-  const std::vector<CellBend> squares = SquaredBends(cells, Fill(cells, pilot, noise_sigma));
+  const FilledCells filled = Fill(cells, pilot, noise_sigma);
+  const std::vector<CellBend> squares = SquaredBends(cells, filled);
+  const std::vector<CellBend> steps = SquaredSteps(cells, filled, noise_sigma);
   const auto component = [&](double CellBend::*member) {
     std::vector<double> values(squares.size());
     for (std::size_t k = 0; k < squares.size(); ++k) values[k] = squares[k].*member;
@@ -151,12 +190,13 @@ RoughnessWeights LocalWeights(const CellGrid& cells, const SplineSurface& pilot,
   const std::vector<double> uu = WindowMean(cells, component(&CellBend::uu), 3, 2);
   const std::vector<double> vv = WindowMean(cells, component(&CellBend::vv), 2, 3);
   const std::vector<double> uv = WindowMean(cells, component(&CellBend::uv), 2, 2);
-  const auto weight = [](double mean_square) {
-    return 1.0 / (kVarianceInflation * std::max(mean_square, 0.0) + kSmallestBend * kSmallestBend);
+  const auto weight = [](double mean_square, double step_square) {
+    return 1.0 / (std::max({0.0, kVarianceInflation * mean_square, step_square}) + kSmallestBend * kSmallestBend);
   };
   RoughnessWeights weights;
   weights.cells.resize(squares.size());
-  for (std::size_t k = 0; k < squares.size(); ++k) weights.cells[k] = {weight(uu[k]), weight(vv[k]), weight(uv[k])};
+  for (std::size_t k = 0; k < squares.size(); ++k)
+    weights.cells[k] = {weight(uu[k], steps[k].uu), weight(vv[k], steps[k].vv), weight(uv[k], steps[k].uv)};
   return weights;
 }
 

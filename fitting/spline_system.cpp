@@ -1,5 +1,6 @@
 #include "fitting/spline_system.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,66 +13,144 @@ namespace {
 
 constexpr int kProbes = 6;
 constexpr std::uint64_t kProbeSeed = 20'000'101;
-
-/// Share of the mean diagonal added to every diagonal entry, so that coefficients over holes stay determined.
 constexpr double kRidge = 1e-10;
 
 }  // namespace
 
-SplineSystem::SplineSystem(PeriodicCubicBasis theta, ClampedCubicBasis z, std::vector<SampleRow> rows,
-                           double noise_sigma)
-    : theta_(theta), z_(std::move(z)), rows_(std::move(rows)), noise_sigma_(noise_sigma) {
+void LeafForms::AddOuter(std::size_t leaf, const std::array<double, 4>& theta, const std::array<double, 4>& z,
+                         double weight) {
+  Eigen::Matrix<double, 16, 1> row;
+  for (Eigen::Index j = 0; j < 4; ++j) {
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      row[4 * j + i] = z[static_cast<std::size_t>(j)] * theta[static_cast<std::size_t>(i)];
+    }
+  }
+  Block& block = blocks_[leaf];
+  for (Eigen::Index column = 0; column < 16; ++column) {
+    block.col(column).head(column + 1) += (weight * row[column]) * row.head(column + 1);
+  }
+}
+
+void LeafForms::Add(const LeafForms& other, double factor) {
+  ENSURE(other.blocks_.size() == blocks_.size(), "same basis");
+  for (std::size_t k = 0; k < blocks_.size(); ++k) blocks_[k] += factor * other.blocks_[k];
+}
+
+Eigen::SparseMatrix<double> LeafForms::Assemble(const HierarchicalSpline& basis) const {
+  std::vector<Eigen::Triplet<double>> triplets;
+  Eigen::Matrix<double, Eigen::Dynamic, 16> half;
+  Eigen::MatrixXd local;
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    const SplineLeaf& leaf = basis.leaves()[k];
+    half = leaf.extraction * blocks_[k].selfadjointView<Eigen::Upper>();
+    local.noalias() = half * leaf.extraction.transpose();
+    for (std::size_t b = 0; b < leaf.active.size(); ++b) {
+      for (std::size_t a = 0; a <= b; ++a) {  // `active` ascends: this is the upper triangle
+        triplets.emplace_back(static_cast<int>(leaf.active[a]), static_cast<int>(leaf.active[b]),
+                              local(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)));
+      }
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(basis.size());
+  Eigen::SparseMatrix<double> upper(n, n);
+  upper.setFromTriplets(triplets.begin(), triplets.end());
+  return upper;
+}
+
+SplineSystem::SplineSystem(const HierarchicalSpline& basis, std::span<const SurfaceSample> samples,
+                           const std::vector<char>& use, double noise_sigma)
+    : basis_(basis), noise_sigma_(noise_sigma) {
   ENSURE(noise_sigma > 0.0, "the noise scale is positive");
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (use[k] == 0) continue;
+    const SurfaceSample& s = samples[k];
+    SampleRow row;
+    row.leaf = static_cast<std::uint32_t>(basis.LeafAt(s.theta, s.z));
+    const SplineLeaf& leaf = basis.leaves()[row.leaf];
+    const SplineLevel& level = basis.levels()[leaf.level];
+    row.theta = level.theta.InInterval(leaf.theta_cell, s.theta).value;
+    row.z = level.z.InInterval(leaf.z_cell, s.z).value;
+    row.radius = s.radius;
+    row.weight = s.weight;
+    row.sample = static_cast<std::uint32_t>(k);
+    rows_.push_back(row);
+  }
+  std::stable_sort(rows_.begin(), rows_.end(), [](const SampleRow& a, const SampleRow& b) { return a.leaf < b.leaf; });
 }
 
 Eigen::VectorXd SplineSystem::Predict(const Eigen::VectorXd& coefficients) const {
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows_.size()));
+  Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const SampleRow& row = rows_[k];
+    if (k == 0 || row.leaf != rows_[k - 1].leaf) {
+      const SplineLeaf& leaf = basis_.leaves()[row.leaf];
+      local.setZero();
+      for (std::size_t a = 0; a < leaf.active.size(); ++a) {
+        local += coefficients[static_cast<Eigen::Index>(leaf.active[a])] *
+                 leaf.extraction.row(static_cast<Eigen::Index>(a)).transpose();
+      }
+    }
     double value = 0.0;
     for (std::size_t j = 0; j < 4; ++j) {
-      const double* c = coefficients.data() + row.z.index[j] * theta_.count();
-      double sum = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) sum += row.theta.value[i] * c[row.theta.index[i]];
-      value += row.z.value[j] * sum;
+      const double* c = local.data() + 4 * j;
+      value += row.z[j] * (row.theta[0] * c[0] + row.theta[1] * c[1] + row.theta[2] * c[2] + row.theta[3] * c[3]);
     }
     values[static_cast<Eigen::Index>(k)] = value;
   }
   return values;
 }
 
+Eigen::VectorXd SplineSystem::Residuals(const Eigen::VectorXd& coefficients) const {
+  Eigen::VectorXd residuals = -Predict(coefficients);
+  for (std::size_t k = 0; k < rows_.size(); ++k) residuals[static_cast<Eigen::Index>(k)] += rows_[k].radius;
+  return residuals;
+}
+
 Eigen::VectorXd SplineSystem::Transpose(const Eigen::VectorXd& values) const {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size()));
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(basis_.size()));
+  Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const SampleRow& row = rows_[k];
     for (std::size_t j = 0; j < 4; ++j) {
-      double* c = sum.data() + row.z.index[j] * theta_.count();
-      const double left = values[static_cast<Eigen::Index>(k)] * row.z.value[j];
-      for (std::size_t i = 0; i < 4; ++i) c[row.theta.index[i]] += left * row.theta.value[i];
+      const double left = values[static_cast<Eigen::Index>(k)] * row.z[j];
+      for (std::size_t i = 0; i < 4; ++i) local[static_cast<Eigen::Index>(4 * j + i)] += left * row.theta[i];
+    }
+    if (k + 1 == rows_.size() || row.leaf != rows_[k + 1].leaf) {
+      const SplineLeaf& leaf = basis_.leaves()[row.leaf];
+      const Eigen::VectorXd spread = leaf.extraction * local;
+      for (std::size_t a = 0; a < leaf.active.size(); ++a) {
+        sum[static_cast<Eigen::Index>(leaf.active[a])] += spread[static_cast<Eigen::Index>(a)];
+      }
+      local.setZero();
     }
   }
   return sum;
 }
 
-StencilMatrix SplineSystem::DataMatrix(std::span<const double> factors) const {
-  StencilMatrix matrix(theta_.count(), z_.count());
+LeafForms SplineSystem::DataForms(std::span<const double> factors) const {
+  LeafForms forms(basis_);
   const double scale = 1.0 / (noise_sigma_ * noise_sigma_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const SampleRow& row = rows_[k];
-    const double weight = scale * row.weight * (factors.empty() ? 1.0 : factors[k]);
-    matrix.AddOuter(row.theta, row.theta.value, row.z, row.z.value, weight);
+    const double weight = scale * static_cast<double>(row.weight) * (factors.empty() ? 1.0 : factors[k]);
+    forms.AddOuter(row.leaf, row.theta, row.z, weight);
   }
-  return matrix;
+  return forms;
 }
 
-Eigen::VectorXd SplineSystem::DataVector(std::span<const double> factors) const {
+Eigen::VectorXd SplineSystem::DataVector() const {
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows_.size()));
   const double scale = 1.0 / (noise_sigma_ * noise_sigma_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    values[static_cast<Eigen::Index>(k)] =
-        scale * rows_[k].weight * (factors.empty() ? 1.0 : factors[k]) * rows_[k].radius;
+    values[static_cast<Eigen::Index>(k)] = scale * static_cast<double>(rows_[k].weight) * rows_[k].radius;
   }
   return Transpose(values);
+}
+
+void AddRidge(Eigen::SparseMatrix<double>& upper) {
+  const double ridge = kRidge * upper.diagonal().mean();
+  for (Eigen::Index k = 0; k < upper.cols(); ++k) upper.coeffRef(k, k) += ridge;
 }
 
 double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix<double>& data_upper) {
@@ -86,12 +165,11 @@ double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix
   return sum / kProbes;
 }
 
-Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const StencilMatrix& fixed,
-                                        const StencilMatrix& penalty) {
-  const StencilMatrix data = system.DataMatrix({});
-  const Eigen::SparseMatrix<double> data_upper = data.UpperTriangle();
-  const Eigen::VectorXd right = system.DataVector({});
-  const double ridge = kRidge * data.MeanDiagonal();
+Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty) {
+  const Eigen::SparseMatrix<double> data = system.DataForms({}).Assemble(system.basis());
+  const Eigen::SparseMatrix<double> prior = fixed.Assemble(system.basis());
+  const Eigen::SparseMatrix<double> rough = penalty.Assemble(system.basis());
+  const Eigen::VectorXd right = system.DataVector();
   const auto n = static_cast<double>(system.rows().size());
   SparseFactor factor;
   bool analysed = false;
@@ -100,23 +178,19 @@ Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const Stenci
     SmoothingChoice choice;
     choice.lambda = std::exp(log_lambda);
     choice.gcv = std::numeric_limits<double>::infinity();
-    StencilMatrix total = data;
-    total.Add(fixed, 1.0);
-    total.Add(penalty, choice.lambda);
-    total.AddDiagonal(ridge);
-    const Eigen::SparseMatrix<double> upper = total.UpperTriangle();
+    Eigen::SparseMatrix<double> upper = data + prior + choice.lambda * rough;
+    AddRidge(upper);
     if (!analysed) factor.analyzePattern(upper);
     analysed = true;
     factor.factorize(upper);
     if (factor.info() != Eigen::Success) return choice;
     choice.coefficients = factor.solve(right);
-    choice.effective_parameters = EffectiveParameters(factor, data_upper);
-    const Eigen::VectorXd prediction = system.Predict(choice.coefficients);
+    choice.effective_parameters = EffectiveParameters(factor, data);
+    const Eigen::VectorXd residuals = system.Residuals(choice.coefficients);
     double squares = 0.0;
     for (std::size_t k = 0; k < system.rows().size(); ++k) {
-      const SampleRow& row = system.rows()[k];
-      const double residual = row.radius - prediction[static_cast<Eigen::Index>(k)];
-      squares += row.weight * residual * residual;
+      const double residual = residuals[static_cast<Eigen::Index>(k)];
+      squares += static_cast<double>(system.rows()[k].weight) * residual * residual;
     }
     const double freedom = n - choice.effective_parameters;
     if (freedom > 0.0 && std::isfinite(squares)) choice.gcv = n * squares / (freedom * freedom);
@@ -131,7 +205,7 @@ Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const Stenci
     return found->second;
   };
   const double decade = std::log(10.0);
-  const double centre = std::log(data.MeanDiagonal() / penalty.MeanDiagonal());
+  const double centre = std::log(data.diagonal().mean() / rough.diagonal().mean());
   constexpr int kDecades = 8;
   int best = 0;
   while (best > -kDecades && at(centre + (best - 1) * decade).gcv < at(centre + best * decade).gcv) --best;

@@ -2,9 +2,11 @@
 
 #include <Eigen/SparseCore>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "fitting/hierarchical_spline.h"
 #include "fitting/spline_surface.h"
 
 namespace annulus {
@@ -42,11 +44,15 @@ class KnowledgeMap {
 
 /// One connected piece of a body's surface.
 struct SurfaceSegment {
-  std::string name;  ///< "body" unless there are several.
-  SplineSurface surface;
+  std::string name;       ///< "body" unless there are several.
+  SplineSurface surface;  ///< Tensor form; with a hierarchy, on its finest level.
   KnowledgeMap knowledge;
-  Eigen::SparseMatrix<double>
-      normal_matrix;  ///< Upper triangle, A = (Σ wBᵀB/σ² + penalty); covariance = A⁻¹. May be empty.
+  /// Upper triangle of A = Σ wBᵀB/σ² + penalty over the active coefficients (without a hierarchy: all coefficients of
+  /// `surface`); their covariance is A⁻¹. May be empty.
+  Eigen::SparseMatrix<double> normal_matrix;
+  /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
+  std::shared_ptr<const HierarchicalSpline> hierarchy{};
+  Eigen::VectorXd active{};  ///< The hierarchy's coefficients, mm; empty without one.
 };
 
 /// Where a model came from. No path, host name or wall time.

@@ -13,6 +13,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kVersion = 1;
 constexpr std::size_t kMaxCoefficients = std::size_t{1} << 24;
+constexpr std::size_t kMaxRefinements = 4;
+constexpr double kLargest = 1e9;            // of any length, mm
+constexpr double kShortestInterval = 1e-3;  // mm; far above rounding, however often it is halved
 constexpr std::string_view kFormat = "annulus-model";
 
 template <class T>
@@ -35,17 +38,37 @@ Json MatrixToJson(const Eigen::SparseMatrix<double>& upper) {
   return json;
 }
 
+/// One text of 0 and 1 per row of cells.
+Json FlagsToJson(const HierarchicalSpline& hierarchy) {
+  Json levels = Json::array();
+  for (std::size_t l = 0; l < hierarchy.flags().size(); ++l) {
+    const std::size_t width = hierarchy.levels()[l].theta_cells();
+    Json rows = Json::array();
+    for (std::size_t row = 0; row < hierarchy.levels()[l].z_cells(); ++row) {
+      std::string text;
+      for (std::size_t k = 0; k < width; ++k) text += hierarchy.flags()[l][row * width + k] != 0 ? '1' : '0';
+      rows.push_back(text);
+    }
+    levels.push_back(rows);
+  }
+  return levels;
+}
+
 Json SurfaceToJson(const SurfaceSegment& segment) {
   const SplineSurface& s = segment.surface;
+  const bool plain = segment.hierarchy == nullptr;
+  const SplineLevel coarsest = plain ? SplineLevel{s.theta_basis(), s.z_basis()} : segment.hierarchy->levels().front();
+  const Eigen::VectorXd& c = plain ? s.coefficients() : segment.active;
   Json json;
   json["name"] = segment.name;
-  json["kind"] = "r(theta, z): periodic uniform cubic B-spline in theta, clamped cubic B-spline in z";
+  json["kind"] =
+      "r(theta, z): truncated hierarchical cubic B-splines, periodic uniform in theta, clamped in z, dyadic refinement";
   json["z_min_mm"] = s.z_min();
   json["z_max_mm"] = s.z_max();
-  json["theta_count"] = s.theta_basis().count();
-  json["z_breakpoints_mm"] = s.z_basis().breakpoints();
-  json["coefficients_mm"] =
-      std::vector<double>(s.coefficients().data(), s.coefficients().data() + s.coefficients().size());
+  json["theta_count"] = coarsest.theta.count();
+  json["z_breakpoints_mm"] = coarsest.z.breakpoints();
+  json["refined"] = plain ? Json::array() : FlagsToJson(*segment.hierarchy);
+  json["coefficients_mm"] = std::vector<double>(c.data(), c.data() + c.size());
   return json;
 }
 
@@ -82,7 +105,8 @@ double Number(const Json& json, const char* key) {
   const Json& value = Member(json, key);
   if (!value.is_number()) throw BadModel{std::string("'") + key + "' is not a number"};
   const auto number = value.get<double>();
-  if (!std::isfinite(number) || std::abs(number) > 1e9) throw BadModel{std::string("'") + key + "' is out of range"};
+  if (!std::isfinite(number) || std::abs(number) > kLargest)
+    throw BadModel{std::string("'") + key + "' is out of range"};
   return number;
 }
 
@@ -113,21 +137,64 @@ std::vector<double> Numbers(const Json& json, const char* key) {
   return numbers;
 }
 
-SplineSurface SurfaceFromJson(const Json& json) {
-  const std::size_t theta_count = Count(json, "theta_count", 7, 100'000);
+RefinementFlags FlagsFromJson(const Json& json, std::size_t theta_cells, std::size_t z_cells) {
+  const Json& levels = Member(json, "refined");
+  if (!levels.is_array() || levels.size() > kMaxRefinements) throw BadModel{"'refined' is not a short list of levels"};
+  RefinementFlags flags;
+  for (const Json& rows : levels) {
+    if (!rows.is_array() || rows.size() != z_cells) throw BadModel{"a level of 'refined' has not one row per interval"};
+    std::vector<char> level;
+    for (const Json& row : rows) {
+      if (!row.is_string() || row.get_ref<const std::string&>().size() != theta_cells) {
+        throw BadModel{"a row of 'refined' has not one character per cell"};
+      }
+      for (const char c : row.get_ref<const std::string&>()) {
+        if (c != '0' && c != '1') throw BadModel{"'refined' holds something else than 0 and 1"};
+        level.push_back(c == '1' ? 1 : 0);
+      }
+    }
+    flags.push_back(std::move(level));
+    theta_cells *= 2;
+    z_cells *= 2;
+  }
+  return flags;
+}
+
+SurfaceSegment SurfaceFromJson(const Json& json) {
+  const std::size_t theta_count = Count(json, "theta_count", 4, 100'000);
   std::vector<double> breakpoints = Numbers(json, "z_breakpoints_mm");
   if (breakpoints.size() < 2) throw BadModel{"'z_breakpoints_mm' has fewer than two entries"};
+  if (std::abs(breakpoints.front()) > kLargest || std::abs(breakpoints.back()) > kLargest) {
+    throw BadModel{"'z_breakpoints_mm' is out of range"};
+  }
   for (std::size_t k = 1; k < breakpoints.size(); ++k) {
-    if (!(breakpoints[k - 1] < breakpoints[k])) throw BadModel{"'z_breakpoints_mm' does not increase"};
+    if (!(breakpoints[k] - breakpoints[k - 1] >= kShortestInterval)) {
+      throw BadModel{"'z_breakpoints_mm' does not increase"};
+    }
   }
-  const std::vector<double> coefficients = Numbers(json, "coefficients_mm");
-  const std::size_t expected = theta_count * (breakpoints.size() + 2);
-  if (expected > kMaxCoefficients || coefficients.size() != expected) {
-    throw BadModel{"'coefficients_mm' has " + std::to_string(coefficients.size()) + " entries, not " +
+  const std::vector<double> numbers = Numbers(json, "coefficients_mm");
+  const Eigen::VectorXd coefficients =
+      Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+  RefinementFlags flags = FlagsFromJson(json, theta_count, breakpoints.size() - 1);
+  if (theta_count * (breakpoints.size() + 2) > kMaxCoefficients >> (2 * flags.size())) {
+    throw BadModel{"the surface has too many knots"};
+  }
+  const auto check_count = [&](std::size_t expected) {
+    if (numbers.size() == expected) return;
+    throw BadModel{"'coefficients_mm' has " + std::to_string(numbers.size()) + " entries, not " +
                    std::to_string(expected)};
+  };
+  const std::string name = String(json, "name");
+  if (flags.empty()) {
+    check_count(theta_count * (breakpoints.size() + 2));
+    return {name, {PeriodicCubicBasis(theta_count), ClampedCubicBasis(std::move(breakpoints)), coefficients},
+            {},   {},
+            {},   {}};
   }
-  return {PeriodicCubicBasis(theta_count), ClampedCubicBasis(std::move(breakpoints)),
-          Eigen::Map<const Eigen::VectorXd>(coefficients.data(), static_cast<Eigen::Index>(coefficients.size()))};
+  auto hierarchy = std::make_shared<const HierarchicalSpline>(theta_count, breakpoints, std::move(flags));
+  check_count(hierarchy->size());
+  SplineSurface surface = hierarchy->Surface(coefficients);
+  return {name, std::move(surface), {}, {}, std::move(hierarchy), coefficients};
 }
 
 template <class T>
@@ -144,7 +211,7 @@ std::vector<T> FromBase64(const Json& json, const char* key, std::size_t count) 
 Eigen::SparseMatrix<double> MatrixFromJson(const Json& json, std::size_t size) {
   if (Count(json, "size", 1, kMaxCoefficients) != size)
     throw BadModel{"'normal_matrix' has another size than the surface"};
-  const std::size_t entries = Count(json, "entries", 0, size * 64);
+  const std::size_t entries = Count(json, "entries", 0, size * 512);
   const auto start = FromBase64<int>(json, "row_start", size + 1);
   const auto column = FromBase64<int>(json, "column", entries);
   const auto value = FromBase64<double>(json, "value", entries);
@@ -173,11 +240,13 @@ KnowledgeMap KnowledgeFromJson(const Json& json) {
   const double z_min = Number(json, "z_min_mm");
   const double z_max = Number(json, "z_max_mm");
   if (!(z_min < z_max)) throw BadModel{"'z_min_mm' of measured is not below 'z_max_mm'"};
+  for (const Json& row : rows) {  // before room is made for what they should hold
+    if (!row.is_string()) throw BadModel{"a row of measured is not a text"};
+    if (row.get_ref<const std::string&>().size() != columns) throw BadModel{"a row of measured has another length"};
+  }
   KnowledgeMap map(columns, rows.size(), z_min, z_max);
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (!rows[row].is_string()) throw BadModel{"a row of measured is not a text"};
-    const auto text = rows[row].get<std::string>();
-    if (text.size() != columns) throw BadModel{"row " + std::to_string(row) + " of measured has another length"};
+    const auto& text = rows[row].get_ref<const std::string&>();
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t state = std::string_view("uim").find(text[column]);
       if (state == std::string_view::npos) throw BadModel{"measured holds something else than m, i, u"};
@@ -204,11 +273,12 @@ SurfaceModel ModelFromObject(const Json& json) {
   }
   SurfaceModel model;
   for (std::size_t k = 0; k < surfaces.size(); ++k) {
-    SurfaceSegment segment{
-        String(surfaces[k], "name"), SurfaceFromJson(surfaces[k]), KnowledgeFromJson(measured[k]), {}};
+    SurfaceSegment segment = SurfaceFromJson(surfaces[k]);
+    segment.knowledge = KnowledgeFromJson(measured[k]);
     if (!matrices.empty()) {
-      segment.normal_matrix =
-          MatrixFromJson(matrices[k], static_cast<std::size_t>(segment.surface.coefficients().size()));
+      segment.normal_matrix = MatrixFromJson(
+          matrices[k],
+          static_cast<std::size_t>((segment.hierarchy ? segment.active : segment.surface.coefficients()).size()));
     }
     model.segments.push_back(std::move(segment));
   }
@@ -247,7 +317,7 @@ std::string ModelToJson(const SurfaceModel& model) {
     json["measured"].push_back(KnowledgeToJson(segment.knowledge));
     if (segment.normal_matrix.nonZeros() > 0) json["normal_matrix"].push_back(MatrixToJson(segment.normal_matrix));
   }
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";  // foreign bytes in a text never throw
 }
 
 Result<SurfaceModel> ModelFromJson(std::string_view json, std::string_view name) {
@@ -255,6 +325,8 @@ Result<SurfaceModel> ModelFromJson(std::string_view json, std::string_view name)
   const char* advice = "give a MODEL.json written by 'annulus fit'";
   try {
     return ModelFromObject(Json::parse(json));
+  } catch (const Json::out_of_range&) {
+    return Fail(attempted, "it holds a number that is too large", advice);
   } catch (const Json::parse_error& error) {
     return Fail(attempted,
                 "it is not JSON (byte " + std::to_string(error.byte) + " of " + std::to_string(json.size()) + ")",

@@ -115,16 +115,39 @@ Uncertain ChainLength(const MeasuredSurface& body, const std::vector<ChainPoint>
   return body.WithSigma(length, gradient);
 }
 
+/// Directions in which the tape may touch, rad. Between two sensor directions the surface is dense, but not beside a
+/// step (slope over 45 degrees: the edge of an ear, an arm before the body), where a smooth curve swings over the edge
+/// that no sensor saw: there only the sensors' own directions count.
+std::vector<double> TapeDirections(const MeasuredSurface& body, double z) {
+  const std::size_t columns = std::max<std::size_t>(8, body.segment().knowledge.columns());
+  const double step = kTwoPi / static_cast<double>(columns);
+  const std::size_t between = std::max<std::size_t>(1, (kTapePoints + columns - 1) / columns);
+  std::vector<double> radius(columns);
+  for (std::size_t k = 0; k < columns; ++k) radius[k] = body.surface().Radius(static_cast<double>(k) * step, z);
+  std::vector<char> steep(columns);  // from column k to the next
+  for (std::size_t k = 0; k < columns; ++k) {
+    const double next = radius[(k + 1) % columns];
+    steep[k] = std::abs(next - radius[k]) > 0.5 * (next + radius[k]) * step ? 1 : 0;
+  }
+  std::vector<double> directions;
+  for (std::size_t k = 0; k < columns; ++k) {
+    const bool beside = steep[(k + columns - 1) % columns] != 0 || steep[k] != 0 || steep[(k + 1) % columns] != 0;
+    for (std::size_t j = 0; j < (beside ? 1 : between); ++j) {
+      directions.push_back((static_cast<double>(k) + static_cast<double>(j) / static_cast<double>(between)) * step);
+    }
+  }
+  return directions;
+}
+
 Uncertain TapeOfSection(const MeasuredSurface& body, double z) {
   std::vector<ChainPoint> curve;
   std::vector<Eigen::Vector2d> points;
-  for (std::size_t k = 0; k < kTapePoints; ++k) {
-    const double theta = kTwoPi * static_cast<double>(k) / static_cast<double>(kTapePoints);
+  for (const double theta : TapeDirections(body, z)) {
     const Eigen::Vector2d direction(std::cos(theta), std::sin(theta));
     curve.push_back({body.surface().Radius(theta, z) * direction, direction, theta, z});
     points.push_back(curve.back().point);
   }
-  // The hull's corners are points of the curve, in its order.
+  // The hull's corners are points of the curve, to the bit.
   const std::vector<Eigen::Vector2d> hull = ConvexHull(points);
   std::vector<ChainPoint> corners;
   for (const Eigen::Vector2d& corner : hull) {
@@ -176,12 +199,21 @@ Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
 
 Uncertain MeasuredSurface::WithSigma(double value, const Eigen::VectorXd& gradient) const {
   if (covariance_ == nullptr) return {value, std::numeric_limits<double>::quiet_NaN()};
-  return {value, std::sqrt(covariance_->Variance(gradient))};
+  if (segment_->hierarchy == nullptr) return {value, std::sqrt(covariance_->Variance(gradient))};
+  const Eigen::VectorXd active = segment_->hierarchy->fine_from_active().transpose() * gradient;
+  return {value, std::sqrt(covariance_->Variance(active))};
 }
 
 double MeasuredSurface::RadiusSigma(double theta, double z) const {
   if (covariance_ == nullptr) return std::numeric_limits<double>::quiet_NaN();
-  return std::sqrt(covariance_->RadiusVariance(surface().Row(theta, z)));
+  std::vector<CoefficientWeight> gradient;
+  if (segment_->hierarchy == nullptr) {
+    const RadiusRow row = surface().Row(theta, z);
+    for (std::size_t k = 0; k < row.index.size(); ++k) gradient.push_back({row.index[k], row.value[k]});
+  } else {
+    gradient = segment_->hierarchy->ActiveRow(theta, z);
+  }
+  return std::sqrt(covariance_->LocalVariance(gradient));
 }
 
 Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {

@@ -26,7 +26,7 @@ class MeasuredSurface {
   [[nodiscard]] const SplineSurface& surface() const { return segment_->surface; }
   [[nodiscard]] const SurfaceSegment& segment() const { return *segment_; }
   [[nodiscard]] Knowledge KnowledgeAt(double theta, double z) const { return segment_->knowledge.At(theta, z); }
-  /// Value and sd of a quantity with this gradient with respect to the coefficients.
+  /// Value and sd of a quantity with this gradient with respect to the coefficients of surface().
   [[nodiscard]] Uncertain WithSigma(double value, const Eigen::VectorXd& gradient) const;
   /// sd of the radius at one place, mm.
   [[nodiscard]] double RadiusSigma(double theta, double z) const;
@@ -47,8 +47,8 @@ struct SectionMeasures {
 };
 
 /// Measures the section at `z`, mm. Perimeter and area by Gauss quadrature on every spline piece (error <= 1e-6
-/// relative), tape from the hull of 1440 points (<= 4e-6 relative below the truth). Fails if z is outside the scanned
-/// range, or if part of the section is unknown.
+/// relative), tape from the hull of about 1440 points (<= 4e-6 relative below the truth), beside steps of the radius of
+/// the sensors' directions only. Fails if z is outside the scanned range, or if part of the section is unknown.
 [[nodiscard]] Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z);
 
 /// The section's curve as points in the plane, mm, counter-clockwise from theta = 0. Same failures as MeasureSection.
