@@ -104,8 +104,8 @@ void ForWindow(const CellGrid& cells, std::size_t column, std::size_t row, std::
   }
 }
 
-/// Local scale of the residuals over the noise, >= 1, one per row: RMS over the 5 × 5 cells around, so that the loss
-/// widens where the surface is rough and detail is not taken for outliers.
+/// Local scale of the residuals over the noise, >= 1, one per row: RMS over the 5 × 5 cells around without the worst of
+/// them, so that the loss widens where the surface is rough, but not for the one outlier that it should catch.
 std::vector<double> LocalScales(const FitInput& input, const SplineSystem& system, const Eigen::VectorXd& residuals) {
   const CellResiduals by_cell = CollectResiduals(input, system, residuals);
   const CellGrid& cells = input.cells;
@@ -114,10 +114,14 @@ std::vector<double> LocalScales(const FitInput& input, const SplineSystem& syste
     for (std::size_t column = 0; column < cells.columns(); ++column) {
       double squares = 0.0;
       double count = 0.0;
+      std::size_t worst = cells.Index(column, row);
       ForWindow(cells, column, row, {2, 2}, [&](std::size_t k) {
         squares += by_cell.squares[k];
         count += by_cell.count[k];
+        if (by_cell.squares[k] > by_cell.squares[worst]) worst = k;
       });
+      squares -= by_cell.squares[worst];
+      count -= by_cell.count[worst];
       const double rms = count > 0.0 ? std::sqrt(squares / count) : 0.0;
       scale_of_cell[cells.Index(column, row)] = std::max(1.0, rms / input.noise);
     }

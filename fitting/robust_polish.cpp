@@ -2,6 +2,7 @@
 #include <ceres/gradient_problem_solver.h>
 #include <ceres/loss_function.h>
 
+#include <algorithm>
 #include <array>
 
 #include "fitting/spline_system.h"
@@ -95,7 +96,7 @@ PolishResult RobustPolish(const SplineSystem& system, const Eigen::SparseMatrix<
   result.factors = cost->Factors(result.coefficients);
   result.cost_start = summary.initial_cost;
   result.cost_end = summary.final_cost;
-  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  result.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
   switch (summary.termination_type) {
     case ceres::CONVERGENCE:
       result.termination = "converged";
