@@ -97,7 +97,7 @@ struct UsbRangeRingOptions {
 
 /// Identifies every board and makes the ring of them. The ports and the clock are borrowed and must live longer.
 /// Fails if a board does not answer, speaks another protocol version, or if the boards do not cover each sensor once.
-Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(std::vector<UsbPort*> ports, UsbRangeRingOptions options,
+Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(const std::vector<UsbPort*>& ports, UsbRangeRingOptions options,
                                                     Clock& clock);
 
 }  // namespace annulus

@@ -56,7 +56,7 @@ const char* StateText(RangeRing::State state) {
 
 class UsbRangeRing final : public RangeRing {
  public:
-  UsbRangeRing(std::vector<RingBoard> boards, std::vector<UsbPort*> ports, RingLimits limits,
+  UsbRangeRing(std::vector<RingBoard> boards, const std::vector<UsbPort*>& ports, RingLimits limits,
                UsbRangeRingOptions options, Clock& clock)
       : boards_(std::move(boards)), limits_(limits), options_(std::move(options)), clock_(clock) {
     for (UsbPort* port : ports) links_.emplace_back(port);
@@ -338,7 +338,7 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
 
 }  // namespace
 
-Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(std::vector<UsbPort*> ports, UsbRangeRingOptions options,
+Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(const std::vector<UsbPort*>& ports, UsbRangeRingOptions options,
                                                     Clock& clock) {
   ENSURE(options.transfers_per_board > 0, "a board is read by transfers");
   for (const UsbPort* port : ports) ENSURE(port != nullptr, "every board has a port");
@@ -354,7 +354,7 @@ Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(std::vector<UsbPort*> ports,
     boards.push_back(one.board);
     sorted_ports.push_back(one.port);
   }
-  return std::make_unique<UsbRangeRing>(std::move(boards), std::move(sorted_ports), limits, std::move(options), clock);
+  return std::make_unique<UsbRangeRing>(std::move(boards), sorted_ports, limits, std::move(options), clock);
 }
 
 }  // namespace annulus

@@ -204,18 +204,15 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
 void AxisDriveModel::ChangePowerState(nanoseconds time) {
   const std::uint16_t control = command_[map_.control_word];
   const bool powered = state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
-  DriveState next = state_;
+  DriveState next = DriveState::kReadyToSwitchOn;  // shutdown
   if (!Has(control, 0x0002)) {
     next = DriveState::kSwitchOnDisabled;  // disable voltage
   } else if (!Has(control, 0x0004)) {
     next = powered ? DriveState::kQuickStopActive : DriveState::kSwitchOnDisabled;
-  } else if (state_ == DriveState::kQuickStopActive) {
-    return;  // only disable voltage leads out
-  } else if (!Has(control, 0x0001)) {
-    next = DriveState::kReadyToSwitchOn;  // shutdown
-  } else if (state_ == DriveState::kSwitchOnDisabled) {
-    return;  // needs shutdown first
-  } else {
+  } else if (state_ == DriveState::kQuickStopActive ||
+             (state_ == DriveState::kSwitchOnDisabled && Has(control, 0x0001))) {
+    return;  // only disable voltage leads out of the one, only shutdown out of the other
+  } else if (Has(control, 0x0001)) {
     next = Has(control, 0x0008) ? DriveState::kOperationEnabled : DriveState::kSwitchedOn;
   }
   if (next == state_) return;
