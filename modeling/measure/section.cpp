@@ -57,6 +57,25 @@ KnowledgeShares SharesOfRow(const MeasuredSurface& body, double z) {
           static_cast<double>(unknown) / static_cast<double>(columns)};
 }
 
+/// Every row of the knowledge map that the slab cuts, by the height it takes of it.
+KnowledgeShares SharesOfSlab(const MeasuredSurface& body, double z_min, double z_max) {
+  const KnowledgeMap& map = body.segment().knowledge;
+  const auto rows = static_cast<double>(map.rows());
+  std::vector<double> edges;
+  for (double row = 0.0; row <= rows; row += 1.0) {
+    edges.push_back(map.z_min() + (map.z_max() - map.z_min()) * row / std::max(rows, 1.0));
+  }
+  const std::vector<double> breaks = ClipBreaks(edges, z_min, z_max);
+  KnowledgeShares shares;
+  for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {
+    const KnowledgeShares row = SharesOfRow(body, 0.5 * (breaks[k] + breaks[k + 1]));
+    const double height = (breaks[k + 1] - breaks[k]) / (z_max - z_min);
+    shares.measured += height * row.measured;
+    shares.unknown += height * row.unknown;
+  }
+  return shares;
+}
+
 Status CheckKnown(const KnowledgeShares& shares, const std::string& attempted) {
   if (shares.unknown == 0.0) return {};
   return Fail(attempted, Text(std::ceil(1000.0 * shares.unknown) / 10.0) + " % of it was not seen",
@@ -268,13 +287,7 @@ Result<SlabMeasures> MeasureSlab(const MeasuredSurface& body, double z_min, doub
 
   const SplineSurface& surface = body.surface();
   const std::vector<double> breaks = ClipBreaks(surface.z_basis().breakpoints(), z_min, z_max);
-  KnowledgeShares shares;
-  for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {
-    const KnowledgeShares row = SharesOfRow(body, 0.5 * (breaks[k] + breaks[k + 1]));
-    const double height = (breaks[k + 1] - breaks[k]) / (z_max - z_min);
-    shares.measured += height * row.measured;
-    shares.unknown += height * row.unknown;
-  }
+  const KnowledgeShares shares = SharesOfSlab(body, z_min, z_max);
   RETURN_IF_ERROR(CheckKnown(shares, attempted));
 
   const Eigen::Index n = surface.coefficients().size();

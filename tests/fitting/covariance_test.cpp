@@ -80,6 +80,24 @@ TEST(SurfaceCovariance, GivesTheLocalVarianceOfTheDenseInverseEverywhere) {
   }
 }
 
+TEST(SurfaceCovariance, TakesAMatrixWithFewerEntriesThanTheSurfaceCouples) {
+  // A model file may carry any positive definite matrix, here 4·I: the variance of Σ w c is Σ w²/4.
+  const Problem problem = RandomProblem(7);
+  Eigen::SparseMatrix<double> diagonal(problem.dense.rows(), problem.dense.cols());
+  diagonal.setIdentity();
+  diagonal *= 4.0;
+  const auto covariance = SurfaceCovariance::FromNormalMatrix(diagonal);
+  ASSERT_TRUE(covariance.has_value());
+  const RadiusRow row = problem.surface.Row(1.0, 30.0);
+  std::vector<CoefficientWeight> local;
+  double expected = 0.0;
+  for (std::size_t n = 0; n < 16; ++n) {
+    local.push_back({row.index[n], row.value[n]});
+    expected += row.value[n] * row.value[n] / 4.0;
+  }
+  EXPECT_NEAR(covariance->LocalVariance(local), expected, 1e-14);
+}
+
 TEST(SurfaceCovariance, RefusesAMatrixThatIsNotPositiveDefinite) {
   Problem problem = RandomProblem(6);
   problem.upper.coeffRef(3, 3) = -1.0;
