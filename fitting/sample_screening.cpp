@@ -143,6 +143,31 @@ void MarkForeground(std::span<const SurfaceSample> samples, const SampleGrid& gr
   }
 }
 
+/// A level on which the run was not seen whole (a dropout or an outlier at its end) still belongs to the object:
+/// returns that have foreground at a like radius on two sides are foreground too. One cell only: the shoulder is not
+/// eaten away.
+void CloseForeground(std::span<const SurfaceSample> samples, const SampleGrid& grid, const ScreeningOptions& options,
+                     std::vector<SampleVerdict>& verdicts) {
+  const std::vector<SampleVerdict> before = verdicts;
+  const auto rows = static_cast<std::ptrdiff_t>(grid.rows());
+  for (std::ptrdiff_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < grid.columns(); ++column) {
+      const std::size_t k = grid.At(static_cast<std::size_t>(row), column);
+      if (k == SampleGrid::kNone || before[k] != SampleVerdict::kGood) continue;
+      int like = 0;
+      for (std::ptrdiff_t dr = -1; dr <= 1; ++dr) {
+        for (std::ptrdiff_t dc = -1; dc <= 1; ++dc) {
+          if (row + dr < 0 || row + dr >= rows) continue;
+          const std::size_t other = grid.At(static_cast<std::size_t>(row + dr), grid.Column(column, dc));
+          if (other == SampleGrid::kNone || before[other] != SampleVerdict::kForeground) continue;
+          if (std::abs(samples[other].radius - samples[k].radius) < 0.5 * options.foreground_step_mm) ++like;
+        }
+      }
+      if (like >= 2) verdicts[k] = SampleVerdict::kForeground;
+    }
+  }
+}
+
 double MedianOf(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -163,6 +188,10 @@ Screening ScreenSamples(std::span<const SurfaceSample> samples, const SampleGrid
   }
   MarkOutliers(samples, grid, options, screening.verdicts);
   MarkForeground(samples, grid, options, screening);
+  if (!screening.foreground.empty()) {
+    CloseForeground(samples, grid, options, screening.verdicts);
+    MarkOutliers(samples, grid, options, screening.verdicts);  // what is left of an object's edge now stands alone
+  }
   return screening;
 }
 
