@@ -15,30 +15,42 @@ constexpr double kStep = 5.0;  // mm between the sections looked at
 constexpr std::size_t kCurvePoints = 240;
 constexpr double kShortestTrunk = 250.0;  // mm of known body below the neck before a trunk is looked for
 
-/// Tape girth of one fully known section.
+// Head and neck, shares and mm of adults' and children's heads with room to spare.
+constexpr double kSmallestHead = 400.0;  // girth
+constexpr double kLargestHead = 750.0;   // girth
+constexpr double kCrown = 300.0;         // girth below which a section is still the crown
+constexpr double kHollowShare = 0.006;   // skin longer than the tape by this share: ears or eye sockets have begun
+constexpr double kLongestHead = 350.0;   // from the top of the scan to the neck
+constexpr double kNeckShare = 0.85;      // of the head's girth, at most
+constexpr double kShoulderShare = 1.05;  // of the smallest girth so far: the neck is passed
+
+/// One fully known section.
 struct Girth {
   double z = 0.0;
   double tape = 0.0;
+  double hollow = 0.0;  ///< Share by which the skin is longer than the tape.
 };
 
-/// Girths from the top down over the longest unbroken run of known sections.
-std::vector<Girth> KnownGirths(const MeasuredSurface& body, const TaskContext& context) {
-  std::vector<Girth> best;
-  std::vector<Girth> run;
+/// Girths from the top down, in unbroken runs of known sections.
+std::vector<std::vector<Girth>> KnownRuns(const MeasuredSurface& body, const TaskContext& context) {
+  std::vector<std::vector<Girth>> runs(1);
   const double top = body.surface().z_max();
   const double height = top - body.surface().z_min();
   const auto steps = static_cast<std::size_t>(height / kStep);
   for (std::size_t k = 0; k <= steps; ++k) {
     const double z = top - static_cast<double>(k) * kStep;
     if (const auto curve = SectionCurve(body, z, kCurvePoints)) {
-      run.push_back({z, ConvexHullPerimeter(*curve)});
-    } else {
-      if (run.size() > best.size()) best = run;
-      run.clear();
+      double skin = 0.0;
+      for (std::size_t i = 0; i < curve->size(); ++i) skin += ((*curve)[(i + 1) % curve->size()] - (*curve)[i]).norm();
+      const double tape = ConvexHullPerimeter(*curve);
+      runs.back().push_back({z, tape, skin / tape - 1.0});
+    } else if (!runs.back().empty()) {
+      runs.emplace_back();
     }
     context.Report("finding levels", static_cast<double>(k), static_cast<double>(steps));
   }
-  return run.size() > best.size() ? run : best;
+  if (runs.back().empty()) runs.pop_back();
+  return runs;
 }
 
 std::vector<Girth> Smoothed(const std::vector<Girth>& girths) {
@@ -64,26 +76,28 @@ std::size_t Below(const std::vector<Girth>& girths, std::size_t from, double dis
   return std::min(girths.size() - 1, from + static_cast<std::size_t>(distance / kStep));
 }
 
-/// Head and neck: the first maximum from the top that falls by a tenth again is the head, the smallest girth after it
-/// within 220 mm the neck. Nothing when the girth only grows from the top (a trunk without its head).
+/// Where head and neck are in a run that begins at the crown.
 struct HeadAndNeck {
   std::size_t head = 0;
   std::size_t neck = 0;
 };
+
+/// The head's girth is taken above the ears: the largest one before hollows show that ears or eyes have begun, or
+/// before the girth falls by a tenth. The neck is the smallest girth below it before the shoulders widen.
 std::optional<HeadAndNeck> FindHead(const std::vector<Girth>& girths) {
   std::size_t head = 0;
-  for (std::size_t k = 0; k < girths.size() && girths[0].z - girths[k].z < 350.0; ++k) {
+  for (std::size_t k = 0; k < girths.size(); ++k) {
+    if (girths[k].tape > kCrown && girths[k].hollow > kHollowShare) break;
+    if (girths[k].tape < 0.9 * girths[head].tape) break;
     if (girths[k].tape > girths[head].tape) head = k;
-    if (girths[k].tape < 0.9 * girths[head].tape) {
-      if (girths[head].tape > 750.0 || head == 0) return std::nullopt;
-      const std::size_t last = Below(girths, head, 260.0);
-      std::size_t neck = head;
-      for (std::size_t j = head; j <= last; ++j) {
-        if (girths[j].tape < girths[neck].tape) neck = j;
-        if (girths[j].tape > 1.25 * girths[neck].tape) break;
-      }
-      return HeadAndNeck{head, neck};
-    }
+  }
+  const double girth = girths[head].tape;
+  if (head == 0 || girth < kSmallestHead || girth > kLargestHead) return std::nullopt;
+  std::size_t neck = head;
+  for (std::size_t k = head; k <= Below(girths, 0, kLongestHead); ++k) {
+    if (girths[k].tape < girths[neck].tape) neck = k;
+    const bool shoulders = girths[k].tape > kShoulderShare * girths[neck].tape;
+    if (shoulders && girths[neck].tape < kNeckShare * girth) return HeadAndNeck{head, neck};
   }
   return std::nullopt;
 }
@@ -139,27 +153,38 @@ double Refined(const std::vector<Girth>& girths, std::size_t k) {
 
 BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& context) {
   BodyLevels levels;
-  const std::vector<Girth> girths = Smoothed(KnownGirths(body, context));
-  if (girths.size() < 5) {
+  const std::vector<std::vector<Girth>> runs = KnownRuns(body, context);
+  const auto longest =
+      std::max_element(runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  if (longest == runs.end() || longest->size() < 5) {
     levels.omitted.emplace_back("All levels: fewer than 25 mm of the body were seen all around.");
     return levels;
   }
-  const auto add = [&](const char* id, std::optional<std::size_t> k, const char* definition) {
+  const auto add = [&](const std::vector<Girth>& girths, const char* id, std::optional<std::size_t> k,
+                       const char* definition) {
     if (k) {
       levels.found.push_back({id, Refined(girths, *k), definition});
     } else {
       levels.omitted.push_back(std::string("Level ") + id + ": not found in the part that was seen all around.");
     }
   };
-  const std::optional<HeadAndNeck> head = FindHead(girths);
-  add("head", head ? std::optional(head->head) : std::nullopt, "largest horizontal tape girth of the head");
-  add("neck", head ? std::optional(head->neck) : std::nullopt, "smallest horizontal tape girth below the head");
-  const std::size_t start = head ? head->neck : 0;
+  // A standing person's arms may part the run of the head from that of the trunk.
+  const std::vector<Girth> top = Smoothed(runs.front());
+  const std::optional<HeadAndNeck> head = FindHead(top);
+  add(top, "head", head ? std::optional(head->head) : std::nullopt, "largest horizontal tape girth above the ears");
+  add(top, "neck", head ? std::optional(head->neck) : std::nullopt, "smallest horizontal tape girth below the head");
+
+  const std::vector<Girth> girths = Smoothed(*longest);
+  const bool with_neck = head && longest == runs.begin();
+  const std::size_t start = with_neck ? head->neck : 0;
+  // Shoulders and armpits are passed over: they are no chest.
+  double passed = with_neck ? 150.0 : 60.0;
+  if (head && !with_neck) passed = std::max(0.0, 150.0 - (top[head->neck].z - girths.front().z));
   Trunk trunk;
-  if (girths[start].z - girths.back().z >= kShortestTrunk) trunk = FindTrunk(girths, start, head ? 150.0 : 60.0);
-  add("chest", trunk.chest, "largest horizontal tape girth between axilla and waist");
-  add("waist", trunk.waist, "smallest horizontal tape girth between chest and hip");
-  add("hip", trunk.hip, "largest horizontal tape girth below the waist");
+  if (girths[start].z - girths.back().z >= kShortestTrunk) trunk = FindTrunk(girths, start, passed);
+  add(girths, "chest", trunk.chest, "largest horizontal tape girth between axilla and waist");
+  add(girths, "waist", trunk.waist, "smallest horizontal tape girth between chest and hip");
+  add(girths, "hip", trunk.hip, "largest horizontal tape girth below the waist");
   return levels;
 }
 

@@ -15,7 +15,7 @@ struct BodyLevels {
   std::vector<std::string> omitted;  ///< One sentence each.
 };
 
-/// Finds head (largest girth above the neck), neck (smallest girth below it), chest (largest between axilla and waist),
+/// Finds head (largest girth above the ears), neck (smallest girth below it), chest (largest between axilla and waist),
 /// waist (smallest girth between chest and hip) and hip (largest below the waist), on the tape girths of all fully
 /// known sections, smoothed over 10 mm. Purely from the shape; no stature is assumed.
 [[nodiscard]] BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& context);
