@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kStep = 5.0;  // mm between the sections looked at
 constexpr std::size_t kCurvePoints = 240;
+constexpr double kSeenShare = 0.6;        // of a section; with less, the inferred rest is taken too
 constexpr double kShortestTrunk = 250.0;  // mm of known body below the neck before a trunk is looked for
 
 // Head and neck, shares and mm of adults' and children's heads with room to spare.
@@ -31,6 +32,21 @@ struct Girth {
   double hollow = 0.0;  ///< Share by which the skin is longer than the tape.
 };
 
+/// A level is looked for on what was seen: a stretch hidden by an arm leans towards the shoulder above it, and would
+/// draw the chest upwards. The tape spans it in a straight line.
+Girth GirthOf(const MeasuredSurface& body, double z, const std::vector<Eigen::Vector2d>& curve) {
+  std::vector<Eigen::Vector2d> seen;
+  double skin = 0.0;
+  for (std::size_t k = 0; k < curve.size(); ++k) {
+    skin += (curve[(k + 1) % curve.size()] - curve[k]).norm();
+    const double theta = kTwoPi * static_cast<double>(k) / static_cast<double>(curve.size());
+    if (body.KnowledgeAt(theta, z) == Knowledge::kMeasured) seen.push_back(curve[k]);
+  }
+  const double whole = ConvexHullPerimeter(curve);
+  const bool enough = static_cast<double>(seen.size()) >= kSeenShare * static_cast<double>(curve.size());
+  return {z, enough ? ConvexHullPerimeter(seen) : whole, skin / whole - 1.0};
+}
+
 /// Girths from the top down, in unbroken runs of known sections.
 std::vector<std::vector<Girth>> KnownRuns(const MeasuredSurface& body, const TaskContext& context) {
   std::vector<std::vector<Girth>> runs(1);
@@ -40,10 +56,7 @@ std::vector<std::vector<Girth>> KnownRuns(const MeasuredSurface& body, const Tas
   for (std::size_t k = 0; k <= steps; ++k) {
     const double z = top - static_cast<double>(k) * kStep;
     if (const auto curve = SectionCurve(body, z, kCurvePoints)) {
-      double skin = 0.0;
-      for (std::size_t i = 0; i < curve->size(); ++i) skin += ((*curve)[(i + 1) % curve->size()] - (*curve)[i]).norm();
-      const double tape = ConvexHullPerimeter(*curve);
-      runs.back().push_back({z, tape, skin / tape - 1.0});
+      runs.back().push_back(GirthOf(body, z, *curve));
     } else if (!runs.back().empty()) {
       runs.emplace_back();
     }
