@@ -1,6 +1,8 @@
 #include "station/fit_scan.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "render/plot.h"
@@ -16,6 +18,21 @@ Json ForegroundToJson(const ForegroundObject& object) {
           {"z_max_mm", object.z_max},
           {"theta_deg", DegreesFromRadians(object.theta)},
           {"returns", object.samples}};
+}
+
+/// Rows of a residual map: as many as leave hardly a row without a level, at most `most`.
+Eigen::Index RowsFor(const std::vector<SurfaceSample>& samples, double height, Eigen::Index most) {
+  std::map<std::pair<std::uint16_t, std::uint32_t>, double> levels;  // any height of each level
+  for (const SurfaceSample& sample : samples) levels.emplace(std::pair{sample.sweep, sample.level}, sample.z);
+  std::vector<double> heights;
+  for (const auto& [key, z] : levels) heights.push_back(z);
+  std::sort(heights.begin(), heights.end());
+  std::vector<double> gaps;
+  for (std::size_t k = 1; k < heights.size(); ++k) gaps.push_back(heights[k] - heights[k - 1]);
+  if (gaps.empty()) return 1;
+  std::sort(gaps.begin(), gaps.end());
+  const double wide = std::max(gaps[gaps.size() * 98 / 100], height / static_cast<double>(most));
+  return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(height / wide), 1, most);
 }
 
 }  // namespace
@@ -66,7 +83,6 @@ Json FitReport(const ScanFit& fit) {
   return {{"termination", s.termination},
           {"time_s",
            {{"screening", s.times.screening_s},
-            {"smoothing", s.times.smoothing_s},
             {"solve", s.times.solve_s},
             {"polish", s.times.polish_s},
             {"knowledge", s.times.knowledge_s},
@@ -92,7 +108,7 @@ Result<RgbImage> ResidualImage(const ScanFit& fit) {
   constexpr Eigen::Index kMaxRows = 360;
   const SplineSurface& surface = fit.fit.model.main().surface;
   const double height = surface.z_max() - surface.z_min();
-  const auto rows = std::min(kMaxRows, static_cast<Eigen::Index>(fit.fit.model.main().knowledge.rows()));
+  const Eigen::Index rows = RowsFor(fit.samples, height, kMaxRows);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows, kColumns);
   Eigen::MatrixXd count = Eigen::MatrixXd::Zero(rows, kColumns);
   std::vector<char> rejected(fit.samples.size(), 0);
