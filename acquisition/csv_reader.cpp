@@ -110,8 +110,10 @@ Result<Scan> ParseCsvScan(std::string_view text, const std::string& name) {
   if (LooksLikeRecording(std::as_bytes(std::span(text)))) {
     return Fail(attempted, "it is a recording already", "use it as it is, without import");
   }
-  if (text.substr(0, kLooked).find('\0') != std::string_view::npos) {
-    return Fail(attempted, "line 1: it holds binary data", "give a table of ranges as text, or packed by gzip");
+  if (const std::size_t zero = text.substr(0, kLooked).find('\0'); zero != std::string_view::npos) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(zero), '\n');
+    return Fail(attempted, "line " + std::to_string(line) + ": it holds binary data",
+                "give a table of ranges as text, or packed by gzip");
   }
   auto table = ParseCsvTable(text, attempted);
   if (!table) return Fail(table);

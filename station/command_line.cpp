@@ -84,6 +84,7 @@ Status NotYet(CommandIo& io, const std::string& what) {
 void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen) {
   CLI::App* command = parent.add_subcommand(name, purpose + " (not yet)");
   command->allow_extras();
+  command->fallthrough(false);  // whatever is given with it belongs to it
   command->callback([&chosen, name] { chosen = [name](CommandIo& io) { return NotYet(io, "run '" + name + "'"); }; });
 }
 
@@ -120,7 +121,12 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
     const std::string attempted =
         command == &app ? "read the command line" : "read the options of '" + command->get_name() + "'";
     const std::string help = command == &app ? "annulus --help" : "annulus " + command->get_name() + " --help";
-    return PrintError({attempted, error.what(), "see '" + help + "'"}, kWrongUsage);
+    std::string seen = error.what();
+    const std::vector<std::string> unknown = app.remaining();
+    if (command == &app && !unknown.empty()) {
+      seen = "'" + unknown.front() + "' is not " + (unknown.front()[0] == '-' ? "an option" : "a command");
+    }
+    return PrintError({attempted, seen, "see '" + help + "'"}, kWrongUsage);
   } catch (const LogicError& error) {
     return PrintError({"run the command", error.what(), "please report this with the command that you gave"}, kFailed);
   } catch (const std::bad_alloc&) {

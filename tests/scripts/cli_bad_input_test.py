@@ -203,7 +203,7 @@ class FullDisk(ProgramTest):
 
     def test_a_small_file_system_that_is_full(self):
         os.mkdir(self.path("disk"))
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", self.path("disk")],
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=8k", "tmpfs", self.path("disk")],
                                  capture_output=True, check=False)
         if mounted.returncode != 0:
             self.skipTest("mounting needs rights that this user has not")

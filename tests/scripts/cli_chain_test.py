@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import os
+import re
 import struct
 import zlib
 
@@ -150,9 +151,11 @@ class Chain(ProgramTest):
             self.assertEqual(self.read(f"m{number}.json"), self.read("model.json"))
 
     def test_the_model_names_no_path_and_no_machine(self):
-        text = self.read("model.json").decode()
+        # Without its base64 numbers, in which a short host name may stand by chance.
+        text = re.sub(r'"[A-Za-z0-9+/=]{100,}"', '""', self.read("model.json").decode())
+        self.assertLess(len(text), len(self.read("model.json")))
         for word in (self.folder, "scan.mcap", os.uname().nodename):
-            self.assertNotIn(word, text)
+            self.assertNotRegex(text, rf"\b{re.escape(word)}\b")
 
     def test_the_model_is_json_with_surfaces(self):
         model = self.read_json("model.json")

@@ -55,8 +55,11 @@ TEST(TruthTable, ComparesEveryTrueLevelAndTheVolumeInTheirUnits) {
   ASSERT_EQ(rows->size(), 3 * body.levels().size() + 1);
   for (const Comparison& row : *rows) {
     EXPECT_TRUE(std::isnan(row.half95)) << row.term;  // the model has no normal matrix
-    if (row.unit == "mm") EXPECT_NEAR(row.measured, 200.0 * std::numbers::pi, 0.01) << row.term;
-    if (row.unit == "cm²") EXPECT_NEAR(row.measured, 100.0 * std::numbers::pi, 1e-3) << row.term;
+    if (row.unit == "mm") {
+      EXPECT_NEAR(row.measured, 200.0 * std::numbers::pi, 0.01) << row.term;
+    } else if (row.unit == "cm²") {
+      EXPECT_NEAR(row.measured, 100.0 * std::numbers::pi, 1e-3) << row.term;
+    }
   }
   const double hip = body.levels().back().z_mm;
   const Comparison& volume = rows->back();
