@@ -14,6 +14,7 @@ namespace {
 constexpr double kStep = 5.0;  // mm between the sections looked at
 constexpr std::size_t kCurvePoints = 240;
 constexpr double kSeenShare = 0.6;        // of a section; with less, the inferred rest is taken too
+constexpr double kLongestGap = 60.0;      // mm without a known section that are bridged
 constexpr double kShortestTrunk = 250.0;  // mm of known body below the neck before a trunk is looked for
 
 // Head and neck, shares and mm of adults' and children's heads with room to spare.
@@ -29,7 +30,8 @@ constexpr double kShoulderShare = 1.05;  // of the smallest girth so far: the ne
 struct Girth {
   double z = 0.0;
   double tape = 0.0;
-  double hollow = 0.0;  ///< Share by which the skin is longer than the tape.
+  double hollow = 0.0;   ///< Share by which the skin is longer than the tape.
+  bool bridged = false;  ///< Not seen: between seen neighbours.
 };
 
 /// A level is looked for on what was seen: a stretch hidden by an arm leans towards the shoulder above it, and would
@@ -44,25 +46,38 @@ Girth GirthOf(const MeasuredSurface& body, double z, const std::vector<Eigen::Ve
   }
   const double whole = ConvexHullPerimeter(curve);
   const bool enough = static_cast<double>(seen.size()) >= kSeenShare * static_cast<double>(curve.size());
-  return {z, enough ? ConvexHullPerimeter(seen) : whole, skin / whole - 1.0};
+  return {z, enough ? ConvexHullPerimeter(seen) : whole, skin / whole - 1.0, false};
 }
 
-/// Girths from the top down, in unbroken runs of known sections.
+/// Appends to a run; what was not seen in between is bridged in a straight line, which makes no extreme.
+void Append(const Girth& next, std::vector<Girth>& run) {
+  if (!run.empty()) {
+    const Girth last = run.back();
+    const auto steps = static_cast<std::size_t>(std::lround((last.z - next.z) / kStep));
+    for (std::size_t k = 1; k < steps; ++k) {
+      const double share = static_cast<double>(k) / static_cast<double>(steps);
+      const auto between = [share](double from, double to) { return from + share * (to - from); };
+      run.push_back({between(last.z, next.z), between(last.tape, next.tape), between(last.hollow, next.hollow), true});
+    }
+  }
+  run.push_back(next);
+}
+
+/// Girths from the top down, in runs of sections known all around; short gaps (hands before the hips, armpits) are
+/// bridged.
 std::vector<std::vector<Girth>> KnownRuns(const MeasuredSurface& body, const TaskContext& context) {
-  std::vector<std::vector<Girth>> runs(1);
+  std::vector<std::vector<Girth>> runs;
   const double top = body.surface().z_max();
   const double height = top - body.surface().z_min();
   const auto steps = static_cast<std::size_t>(height / kStep);
   for (std::size_t k = 0; k <= steps; ++k) {
     const double z = top - static_cast<double>(k) * kStep;
     if (const auto curve = SectionCurve(body, z, kCurvePoints)) {
-      runs.back().push_back(GirthOf(body, z, *curve));
-    } else if (!runs.back().empty()) {
-      runs.emplace_back();
+      if (runs.empty() || runs.back().back().z - z > kLongestGap) runs.emplace_back();
+      Append(GirthOf(body, z, *curve), runs.back());
     }
     context.Report("finding levels", static_cast<double>(k), static_cast<double>(steps));
   }
-  if (runs.back().empty()) runs.pop_back();
   return runs;
 }
 
@@ -143,7 +158,8 @@ Trunk FindTrunk(const std::vector<Girth>& girths, std::size_t start, double belo
   // Chest: from the waist up, the girth grows to the bust; above it, it falls a little or jumps up where the arms join.
   std::size_t chest = *trunk.waist;
   for (std::size_t k = *trunk.waist; k-- > upper;) {
-    if (girths[k].tape > 1.04 * girths[k + 1].tape) break;  // the arms join: more than 4 % in 5 mm
+    // The arms join: hidden armpits, or more than 4 % in 5 mm.
+    if (girths[k].bridged || girths[k].tape > 1.04 * girths[k + 1].tape) break;
     if (girths[k].tape > girths[chest].tape) chest = k;
     if (girths[chest].z < girths[k].z - 60.0) break;  // no longer growing for 60 mm
   }

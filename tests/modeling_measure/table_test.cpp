@@ -133,6 +133,40 @@ TEST(MeasurementTable, OfATrunkScanHasNoHead) {
   }
 }
 
+/// The vase without the rows of knowledge (42.5 mm each) from `first` to `last`.
+SurfaceModel VaseUnseenFrom(std::size_t first, std::size_t last) {
+  SurfaceModel model = Vase(0.0, 1700.0);
+  KnowledgeMap& knowledge = model.segments.front().knowledge;
+  for (std::size_t row = first; row <= last; ++row) knowledge.SetCell(7, row, Knowledge::kUnknown);
+  return model;
+}
+
+TEST(MeasurementTable, FindsHeadAndTrunkThatHiddenArmpitsKeepApart) {
+  for (const std::size_t last : {31U, 32U}) {  // 1317 … 1360 mm, which is bridged, and … 1402 mm, which is not
+    const MeasurementTable table = TableOf(VaseUnseenFrom(31, last));
+    ASSERT_THAT(Ids(table), testing::ElementsAre("head", "neck", "chest", "waist", "hip")) << last;
+    for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(table.levels[k].z, kLevels[k].z, 3.0) << kLevels[k].id;
+  }
+}
+
+TEST(MeasurementTable, TakesTheHeadsGirthAboveTheEars) {
+  // Ears 40 mm out at both sides, 1545 mm high: the tape over them is longer than the one around the head.
+  std::vector<double> breaks;
+  for (int k = 0; k <= 170; ++k) breaks.push_back(10.0 * k);
+  const SurfaceModel model = test::InterpolatedBody(
+      [](double theta, double z) {
+        const double across = std::sin(theta) / 0.15;
+        const double ear = 40.0 * std::exp(-across * across - std::pow((z - 1545.0) / 12.0, 2));
+        return Size(z) * (1.0 + 0.1 * std::cos(2.0 * theta)) + ear;
+      },
+      120, breaks);
+  const auto body = MeasuredSurface::FromModel(model);
+  ASSERT_GT(MeasureSection(*body, 1545.0)->tape.value, MeasureSection(*body, kLevels[0].z)->tape.value);
+  const MeasurementTable table = TableOf(model);
+  ASSERT_EQ(table.levels.front().id, "head");
+  EXPECT_NEAR(table.levels.front().z, kLevels[0].z, 3.0);
+}
+
 TEST(MeasurementTable, FindsTheSameLevelsWhereverTheFloorIs) {
   SurfaceModel low = Vase(0.0, 1700.0);
   std::vector<double> breaks = low.main().surface.z_basis().breakpoints();
