@@ -2,9 +2,8 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <optional>
 #include <vector>
-
-#include "base/ensure.h"
 
 namespace annulus {
 namespace {
@@ -61,14 +60,14 @@ class SelectedInverse {
     }
   }
 
-  /// Entry (a, b) of the permuted inverse; must lie on the pattern.
-  [[nodiscard]] double At(Eigen::Index a, Eigen::Index b) const {
+  /// Entry (a, b) of the permuted inverse, or nothing if it does not lie on the pattern.
+  [[nodiscard]] std::optional<double> At(Eigen::Index a, Eigen::Index b) const {
     if (a == b) return diagonal_[static_cast<std::size_t>(a)];
     const auto column = static_cast<std::size_t>(std::min(a, b));
     const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(start_[column]);
     const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(start_[column + 1]);
     const auto found = std::lower_bound(begin, end, std::max(a, b));
-    ENSURE(found != end && *found == std::max(a, b), "the entry lies on the factor's pattern");
+    if (found == end || *found != std::max(a, b)) return std::nullopt;
     return values_[static_cast<std::size_t>(found - rows_.begin())];
   }
 
@@ -106,15 +105,22 @@ double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
 }
 
 double SurfaceCovariance::LocalVariance(std::span<const CoefficientWeight> gradient) const {
+  // A matrix from a file may have fewer entries than the surface couples: then A⁻¹g is solved for.
+  const auto dense_of = [this](std::span<const CoefficientWeight> entries) {
+    Eigen::VectorXd dense = Eigen::VectorXd::Zero(factor_->ldlt.rows());
+    for (const CoefficientWeight& entry : entries) dense[static_cast<Eigen::Index>(entry.index)] += entry.weight;
+    return dense;
+  };
   if (factor_->inverse == nullptr) factor_->inverse = std::make_unique<SelectedInverse>(factor_->ldlt);
   const auto& order = factor_->ldlt.permutationP().indices();
   double variance = 0.0;
   for (const CoefficientWeight& a : gradient) {
     for (const CoefficientWeight& b : gradient) {
       if (a.weight == 0.0 || b.weight == 0.0) continue;
-      variance +=
-          a.weight * b.weight *
+      const auto entry =
           factor_->inverse->At(order[static_cast<Eigen::Index>(a.index)], order[static_cast<Eigen::Index>(b.index)]);
+      if (!entry) return Variance(dense_of(gradient));
+      variance += a.weight * b.weight * *entry;
     }
   }
   return std::max(variance, 0.0);

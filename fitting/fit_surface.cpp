@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <numeric>
 
@@ -35,14 +36,18 @@ class Stopwatch {
 Status CheckEnough(const SampleGrid& grid, std::span<const SampleVerdict> verdicts) {
   const std::string attempted = "fit a surface";
   const auto good = static_cast<std::size_t>(std::count(verdicts.begin(), verdicts.end(), SampleVerdict::kGood));
+  constexpr double kSameHeight = 1e-3;  // mm; levels closer than this are one
   std::size_t levels = 0;
+  double last = -std::numeric_limits<double>::infinity();
   for (std::size_t row = 0; row < grid.rows(); ++row) {
     std::size_t returns = 0;
     for (std::size_t column = 0; column < grid.columns(); ++column) {
       const std::size_t k = grid.At(row, column);
       if (k != SampleGrid::kNone && verdicts[k] == SampleVerdict::kGood) ++returns;
     }
-    if (returns >= 3) ++levels;
+    if (returns < 3 || grid.row_z(row) - last < kSameHeight) continue;
+    last = grid.row_z(row);
+    ++levels;
   }
   if (good < kMinSamples || levels < kMinLevels) {
     return Fail(attempted, "only " + std::to_string(good) + " usable returns on " + std::to_string(levels) + " levels",
@@ -210,8 +215,9 @@ Result<SmoothingChoice> ChooseThinPlate(const FitInput& input, const Hierarchica
 /// One weight for the whole surface.
 Result<SolvedSystem> SolveUniform(const FitInput& input, const FitOptions& options, double& lambda) {
   const std::size_t theta_count = options.theta_knots != 0 ? options.theta_knots : 48;
-  const std::size_t z_intervals =
-      options.z_knots != 0 ? options.z_knots : std::min<std::size_t>(117, input.cells.rows());
+  // With as many intervals as levels, a saw-tooth between the levels would be seen by neither data nor penalty.
+  const std::size_t resolved = input.cells.rows() * 4 / 5;
+  const std::size_t z_intervals = options.z_knots != 0 ? options.z_knots : std::min<std::size_t>(117, resolved);
   auto basis = TensorBasis(input.cells, std::clamp<std::size_t>(theta_count, 8, 720),
                            std::clamp<std::size_t>(z_intervals, 4, 2000));
   const auto choice = ChooseThinPlate(input, *basis);

@@ -23,7 +23,7 @@ enum class FitMethod {
 struct FitOptions {
   FitMethod method = FitMethod::kAdaptive;
   std::size_t theta_knots = 0;  ///< kUniform only: knots around; 0 is 48.
-  std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 coefficients).
+  std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 coefficients), or 0.8 per level.
   ScreeningOptions screening;
 };
 
@@ -73,8 +73,7 @@ struct FitResult {
 ///   3. local smoothing weights, 4. a hierarchical spline refined where residuals are not noise,
 ///   5. a robust polish by Ceres whose scale is local, 6. one step of twicing against the smoothing's bias.
 /// Holes are allowed; `model.segments[0].knowledge` says what was seen. Deterministic, one thread.
-/// Fails when fewer than 8 levels or 100 good samples remain, or when the heights or angles seen do not determine a
-/// surface.
+/// Fails when fewer than 8 levels, 8 sensors or 100 good samples remain, or when they do not determine a surface.
 [[nodiscard]] Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOptions& options,
                                            const TaskContext& context);
 

@@ -8,6 +8,10 @@
 
 namespace annulus {
 
+/// Whether a sample can be a point on a body in a ring: finite, radius above 0 and at most 10 m, within 100 m of the
+/// floor, with a positive finite weight.
+[[nodiscard]] bool IsUsable(const SurfaceSample& sample);
+
 /// The samples of a scan in the order of the ring: one row per level (all sweeps merged, sorted by height), one column
 /// per sensor (sorted by angle, cyclic). Tells each sample who its neighbours on the body are.
 /// Stores indices only; the samples must outlive it.
@@ -16,7 +20,7 @@ class SampleGrid {
   /// Marks an empty cell.
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  /// Groups `samples` by (sweep, level) and by sensor. Two samples of one cell: the first is kept.
+  /// Groups the usable `samples` by (sweep, level) and by sensor. Two samples of one cell: the first is kept.
   explicit SampleGrid(std::span<const SurfaceSample> samples);
 
   [[nodiscard]] std::size_t rows() const { return row_z_.size(); }

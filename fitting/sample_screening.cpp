@@ -181,12 +181,15 @@ Screening ScreenSamples(std::span<const SurfaceSample> samples, const SampleGrid
   Screening screening;
   screening.verdicts.assign(samples.size(), SampleVerdict::kGood);
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const SurfaceSample& s = samples[k];
-    if (!(std::isfinite(s.radius) && std::isfinite(s.theta) && std::isfinite(s.z) && s.radius > 0.0)) {
-      screening.verdicts[k] = SampleVerdict::kOutlier;
-    }
+    if (!IsUsable(samples[k])) screening.verdicts[k] = SampleVerdict::kOutlier;
   }
-  MarkOutliers(samples, grid, options, screening.verdicts);
+  // Two outliers near each other vouch for each other until one of them is gone: look again.
+  constexpr int kMaxPasses = 4;
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
+    const std::vector<SampleVerdict> before = screening.verdicts;
+    MarkOutliers(samples, grid, options, screening.verdicts);
+    if (screening.verdicts == before) break;
+  }
   MarkForeground(samples, grid, options, screening);
   if (!screening.foreground.empty()) {
     CloseForeground(samples, grid, options, screening.verdicts);

@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <functional>
@@ -187,6 +188,33 @@ Config ReadAll(const toml::table& root) {
   return config;
 }
 
+/// toml++ 3.3 asserts, and so ends the program, on some section headers that are not names ("[=]"): they are refused
+/// here. Our configuration has no lists in lists, so no other line begins with a bracket.
+void CheckHeaders(std::string_view toml) {
+  std::size_t number = 0;
+  while (!toml.empty()) {
+    const std::size_t end = std::min(toml.find('\n'), toml.size());
+    std::string_view line = toml.substr(0, end);
+    toml.remove_prefix(std::min(end + 1, toml.size()));
+    ++number;
+    const auto skip_blanks = [&line] {
+      while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
+    };
+    skip_blanks();
+    if (line.empty() || line.front() != '[') continue;
+    while (!line.empty() && line.front() == '[') line.remove_prefix(1);
+    skip_blanks();
+    const auto is_name = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+             c == '"';
+    };
+    if (line.empty() || !is_name(line.front())) {
+      throw BadConfig{"line " + std::to_string(number) + ": '[' is not followed by the name of a section",
+                      "write the section as [name]"};
+    }
+  }
+}
+
 }  // namespace
 
 Config SimulatedConfig() { return {}; }
@@ -194,6 +222,7 @@ Config SimulatedConfig() { return {}; }
 Result<Config> ParseConfig(std::string_view toml, const std::string& name) {
   const std::string attempted = "read configuration " + name;
   try {
+    CheckHeaders(toml);
     return ReadAll(toml::parse(toml));
   } catch (const toml::parse_error& error) {
     return Fail(attempted,
