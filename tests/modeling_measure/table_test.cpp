@@ -155,11 +155,11 @@ TEST(MeasurementTable, TakesTheHeadsGirthAboveTheEars) {
   for (int k = 0; k <= 170; ++k) breaks.push_back(10.0 * k);
   const SurfaceModel model = test::InterpolatedBody(
       [](double theta, double z) {
-        const double across = std::sin(theta) / 0.15;
+        const double across = std::sin(theta) / 0.06;
         const double ear = 40.0 * std::exp(-across * across - std::pow((z - 1545.0) / 12.0, 2));
         return Size(z) * (1.0 + 0.1 * std::cos(2.0 * theta)) + ear;
       },
-      120, breaks);
+      240, breaks);
   const auto body = MeasuredSurface::FromModel(model);
   ASSERT_GT(MeasureSection(*body, 1545.0)->tape.value, MeasureSection(*body, kLevels[0].z)->tape.value);
   const MeasurementTable table = TableOf(model);
