@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kHeadAbove = 150.0;  // mm of head shown above and below the middle of the eyes
 constexpr double kHeadBelow = 170.0;
+constexpr double kRimMm = 40.0;   // how far the surface runs on into a gap, as the fit tells inferred from unknown
 constexpr double kTallest = 2.2;  // height : width of a picture, at most
 constexpr double kWidest = 1.25;  // width : height, at most
 
@@ -37,6 +38,43 @@ Result<RgbImage> Draw(const Scene& scene, const Eigen::AlignedBox3d& box, const 
   return Render(scene, *camera, render, task);
 }
 
+/// The knowledge without the inferred rim around unknown places: there the surface only runs on from the last thing
+/// seen into a gap (between the legs, under the armpits). What is inferred between things seen stays.
+KnowledgeMap WithoutRims(const SurfaceSegment& segment) {
+  const KnowledgeMap& known = segment.knowledge;
+  KnowledgeMap shown = known;
+  if (known.rows() == 0) return shown;
+  const double row_mm = (known.z_max() - known.z_min()) / static_cast<double>(known.rows());
+  const double column_rad = kTwoPi / static_cast<double>(known.columns());
+  const auto rows = static_cast<std::ptrdiff_t>(kRimMm / row_mm);
+  const auto columns = static_cast<std::ptrdiff_t>(known.columns());
+  // Whether an unknown cell lies within the rim's width of a cell whose radius is `radius`.
+  const auto near_unknown = [&](std::ptrdiff_t column, std::ptrdiff_t row, double radius) {
+    for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(0, row - rows); r <= row + rows; ++r) {
+      if (r >= static_cast<std::ptrdiff_t>(known.rows())) break;
+      const double up = static_cast<double>(r - row) * row_mm;
+      const double side = std::sqrt(std::max(0.0, kRimMm * kRimMm - up * up));
+      const auto reach = std::min(columns / 2, static_cast<std::ptrdiff_t>(side / (radius * column_rad)));
+      for (std::ptrdiff_t c = column - reach; c <= column + reach; ++c) {
+        const auto wrapped = static_cast<std::size_t>((c + columns) % columns);
+        if (known.Cell(wrapped, static_cast<std::size_t>(r)) == Knowledge::kUnknown) return true;
+      }
+    }
+    return false;
+  };
+  for (std::ptrdiff_t row = 0; row < static_cast<std::ptrdiff_t>(known.rows()); ++row) {
+    const double z = known.z_min() + (static_cast<double>(row) + 0.5) * row_mm;
+    for (std::ptrdiff_t column = 0; column < columns; ++column) {
+      const auto c = static_cast<std::size_t>(column);
+      const auto r = static_cast<std::size_t>(row);
+      if (known.Cell(c, r) != Knowledge::kInferred) continue;
+      const double radius = std::max(20.0, segment.surface.Radius(static_cast<double>(column) * column_rad, z));
+      if (near_unknown(column, row, radius)) shown.SetCell(c, r, Knowledge::kUnknown);
+    }
+  }
+  return shown;
+}
+
 }  // namespace
 
 SceneItem ModelItem(const SurfaceModel& model, const Material& material) {
@@ -45,7 +83,9 @@ SceneItem ModelItem(const SurfaceModel& model, const Material& material) {
   options.ends = EndClosure::kBoth;
   // Rows as dense as a head's detail on a head, 4 mm on a whole body.
   options.max_z_spacing_mm = std::clamp((surface.z_max() - surface.z_min()) / 300.0, 1.0, 4.0);
-  return {TessellateSurface(model.main(), options), material, "body", {}};
+  SurfaceSegment shown = model.main();
+  shown.knowledge = WithoutRims(model.main());
+  return {TessellateSurface(shown, options), material, "body", {}};
 }
 
 Result<std::vector<SceneItem>> WornItems(const WornFrame& worn, const FrameLook& look) {
