@@ -50,6 +50,23 @@ class Demo(ProgramTest):
             self.assertIn(word, text.lower())
         self.check_report("both")
 
+    def test_girths_are_within_2_mm_and_volumes_within_0_3_percent_of_the_person(self):
+        """With 0.5 mm noise, arms before the sides; at the levels found and at the true ones."""
+        for seed in range(2, 12) if os.environ.get("ANNULUS_LONG") else (2, 3):
+            result = self.succeeds_json("demo", "--subject", "body", "--seed", str(seed), "--out", "body")
+            seen = set()
+            for line in result["subjects"][0]["comparisons"]:
+                with self.subTest(seed=seed, group=line["group"], term=line["term"]):
+                    seen.add((line["group"], line["term"]))
+                    if line["term"].endswith(" girth"):
+                        self.assertLessEqual(abs(line["difference"]), 2.0)
+                    if line["group"] == "volume":
+                        self.assertLessEqual(abs(line["difference"]), 0.003 * line["true"])
+            for place in ("Head", "Neck", "Chest", "Waist", "Hip"):
+                for group in ("at the levels found", "at the true levels"):
+                    self.assertIn((group, f"{place} girth"), seen)
+            self.assertTrue(any(group == "volume" for group, _ in seen))
+
     def test_progress_on_request_is_one_json_object_per_line(self):
         done = self.run_program(*HEAD, "--out", "a", "--progress", "json")
         self.assertEqual(done.returncode, 0, done.stderr)
