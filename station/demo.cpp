@@ -24,6 +24,7 @@ namespace annulus {
 namespace {
 
 constexpr const char* kStyle = "boston";
+constexpr double kExaggeration = 20.0;  // of differences in section plots
 
 /// Share of the time that each step of one subject takes, measured; for the time left.
 struct Step {
@@ -227,8 +228,12 @@ Status SubjectRun::DrawSections() {
     if (!measured) return Fail(measured);
     SectionPlotStyle style;
     style.title = fmt::format("{} at z = {:.0f} mm", level.id, level.z_mm);
-    const std::vector<SectionSeries> series{{TrueOutline(truth_, level.z_mm), "true", LinearFromHex(0x9aa0a8)},
-                                            {std::move(*measured), "surface", LinearFromHex(0xc2410c)}};
+    std::vector<Eigen::Vector2d> outline = TrueOutline(truth_, level.z_mm);
+    std::vector<Eigen::Vector2d> difference = Exaggerated(*measured, outline, kExaggeration);
+    const std::vector<SectionSeries> series{
+        {std::move(difference), fmt::format("difference x {:g}", kExaggeration), LinearFromHex(0x8fb8d8)},
+        {std::move(outline), "true", LinearFromHex(0x9aa0a8)},
+        {std::move(*measured), "surface", LinearFromHex(0xc2410c)}};
     RETURN_IF_ERROR(AddPicture(NameOf("_section_" + level.id + ".png"), RenderSectionPlot(series, style),
                                "Section at the " + level.id + " level, surface against truth"));
   }

@@ -9,10 +9,11 @@ namespace annulus {
 namespace {
 
 constexpr double kHeadAbove = 150.0;  // mm of head shown above and below the middle of the eyes
-constexpr double kHeadBelow = 170.0;
-constexpr double kRimMm = 40.0;   // how far the surface runs on into a gap, as the fit tells inferred from unknown
-constexpr double kTallest = 2.2;  // height : width of a picture, at most
-constexpr double kWidest = 1.25;  // width : height, at most
+constexpr double kHeadBelow = 190.0;
+constexpr double kRimMm = 40.0;    // how far the surface runs on into a gap, as the fit tells inferred from unknown
+constexpr double kPortrait = 1.0;  // width : height of a head with glasses
+constexpr double kTallest = 2.2;   // height : width of a picture, at most
+constexpr double kWidest = 1.25;   // width : height, at most
 
 /// Width : height of what is seen of `box` from `view`, within what a picture may have.
 double AspectOf(const Eigen::AlignedBox3d& box, const View& view) {
@@ -24,17 +25,29 @@ double AspectOf(const Eigen::AlignedBox3d& box, const View& view) {
   return height > 0.0 ? std::clamp(width / height, 1.0 / kTallest, kWidest) : 1.0;
 }
 
-Result<RgbImage> Draw(const Scene& scene, const Eigen::AlignedBox3d& box, const PictureOptions& options,
-                      const TaskContext& task) {
-  Framing framing;
-  // A little air on the narrow side, so that a head is not cramped.
-  framing.aspect = std::min(kWidest, 1.12 * AspectOf(box, options.view));
+/// Zooms in until the first of `points` reaches the margin: a box around a head is larger than the head.
+void Tighten(Camera& camera, const std::vector<Eigen::Vector3d>& points, const Framing& framing) {
+  double needed = 0.0;
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d p = camera.ToCamera(point);
+    needed = std::max(needed, std::max(std::abs(p.y()), std::abs(p.x()) / framing.aspect) / p.z());
+  }
+  camera.half_height = std::min(camera.half_height, needed / (1.0 - framing.margin));
+}
+
+/// A picture of `scene` that shows all of `points`.
+Result<RgbImage> Draw(const Scene& scene, const std::vector<Eigen::Vector3d>& points, double aspect,
+                      const PictureOptions& options, const TaskContext& task) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : points) box.extend(point);
   RenderOptions render;
-  render.width = framing.aspect >= 1.0 ? options.size : std::max(1, int(std::lround(options.size * framing.aspect)));
-  render.height = framing.aspect >= 1.0 ? std::max(1, int(std::lround(options.size / framing.aspect))) : options.size;
+  render.width = aspect >= 1.0 ? options.size : std::max(1, int(std::lround(options.size * aspect)));
+  render.height = aspect >= 1.0 ? std::max(1, int(std::lround(options.size / aspect))) : options.size;
+  Framing framing;
   framing.aspect = double(render.width) / double(render.height);
-  const auto camera = FrameCamera(box, options.view, framing);
+  auto camera = FrameCamera(box, options.view, framing);
   if (!camera) return Fail(camera);
+  Tighten(*camera, points, framing);
   return Render(scene, *camera, render, task);
 }
 
@@ -100,7 +113,9 @@ Result<std::vector<SceneItem>> WornItems(const WornFrame& worn, const FrameLook&
 Result<RgbImage> DrawModel(const SurfaceModel& model, const PictureOptions& options, const TaskContext& task) {
   Scene scene;
   scene.items.push_back(ModelItem(model, NeutralBodyMaterial()));
-  return Draw(scene, BoundsOf(scene), options, task);
+  // A little air on the narrow side, so that nothing is cramped.
+  const double aspect = std::min(kWidest, 1.12 * AspectOf(BoundsOf(scene), options.view));
+  return Draw(scene, scene.items.front().mesh.vertices, aspect, options, task);
 }
 
 Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, const PictureOptions& options,
@@ -110,15 +125,15 @@ Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, cons
   auto frame = WornItems(worn, options.look);
   if (!frame) return Fail(frame);
   const double eyes = 0.5 * (worn.face.eye_right.position.z() + worn.face.eye_left.position.z());
-  Eigen::AlignedBox3d box;
+  std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3d& vertex : scene.items.front().mesh.vertices) {
-    if (vertex.z() > eyes - kHeadBelow && vertex.z() < eyes + kHeadAbove) box.extend(vertex);
+    if (vertex.z() > eyes - kHeadBelow && vertex.z() < eyes + kHeadAbove) points.push_back(vertex);
   }
   for (SceneItem& item : *frame) {
-    for (const Eigen::Vector3d& vertex : item.mesh.vertices) box.extend(vertex);
+    points.insert(points.end(), item.mesh.vertices.begin(), item.mesh.vertices.end());
     scene.items.push_back(std::move(item));
   }
-  return Draw(scene, box, options, task);
+  return Draw(scene, points, kPortrait, options, task);  // the same for all views: they are looked at side by side
 }
 
 }  // namespace annulus

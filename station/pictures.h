@@ -17,8 +17,8 @@ struct FrameLook {
   Material lens = LensMaterial(LinearFromHex(0x6f5a48), 0.85);
 };
 
-/// The skin-coloured or neutral surface of a model: unknown parts left out, closed above and below where all round is
-/// known.
+/// The surface of a model: unknown parts left out and the inferred rims around them, closed above and below where all
+/// round is known.
 [[nodiscard]] SceneItem ModelItem(const SurfaceModel& model, const Material& material);
 
 /// Frame and lenses where they are worn. Fails only for a WornFrame made by hand.
@@ -35,7 +35,7 @@ struct PictureOptions {
 [[nodiscard]] Result<RgbImage> DrawModel(const SurfaceModel& model, const PictureOptions& options,
                                          const TaskContext& task);
 
-/// A portrait of the head that wears the frame, also when the model is a whole body. Fails as Render.
+/// A square portrait of the head that wears the frame, also when the model is a whole body. Fails as Render.
 [[nodiscard]] Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, const PictureOptions& options,
                                         const TaskContext& task);
 

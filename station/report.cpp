@@ -15,6 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kFewReturns = 20;  // fewer are not worth a sentence
+
 constexpr const char* kStyleSheet = R"css(
 :root { color-scheme: light dark; --page:#f6f7f8; --card:#ffffff; --text:#1d2430; --soft:#5b6675; --line:#dde2e8;
   --accent:#0f5f74; --good:#1a7f4b; }
@@ -39,7 +41,7 @@ tr:last-child td { border-bottom:0; } table.facts td:last-child { text-align:lef
 .scroll { overflow-x:auto; }
 .pictures { display:grid; gap:1rem; grid-template-columns:repeat(auto-fit, minmax(17rem, 1fr)); align-items:start; }
 figure { margin:0; background:var(--card); border:1px solid var(--line); border-radius:.5rem; overflow:hidden; }
-figure img { display:block; width:100%; height:auto; }
+figure img { display:block; width:100%; height:auto; max-height:40rem; object-fit:contain; background:#b9bdc4; }
 figcaption { padding:.5rem .8rem; font-size:.88rem; color:var(--soft); }
 ul { padding-left:1.2rem; } li { margin:.2rem 0; } code { font-size:.92em; }
 )css";
@@ -74,7 +76,9 @@ std::string Shown(double value, const std::string& unit) {
 }
 
 std::string ShownDifference(const Comparison& row) {
-  return fmt::format(fmt::runtime(row.unit == "dm³" ? "{:+.3f}" : "{:+.2f}"), row.measured - row.truth);
+  const double unit = row.unit == "dm³" ? 1e-3 : 1e-2;
+  const double rounded = std::round((row.measured - row.truth) / unit) * unit + 0.0;  // + 0.0: no "-0.00"
+  return fmt::format(fmt::runtime(row.unit == "dm³" ? "{:+.3f}" : "{:+.2f}"), rounded);
 }
 
 std::string Fact(const std::string& name, const std::string& value) {
@@ -133,8 +137,9 @@ std::string ScanAndFit(const DemoSubject& subject) {
       std::count_if(fit.rejected.begin(), fit.rejected.end(),
                     [](const RejectedSample& sample) { return sample.reason == SampleVerdict::kOutlier; }));
   std::string html = "<div class=\"scroll\"><table class=\"facts\"><tbody>\n";
-  html += Fact("Scan", fmt::format("{} levels in {} sweeps, {:.1f} s of booth time", scan.levels, scan.sweeps,
-                                   std::chrono::duration<double>(scan.end - scan.start).count()));
+  html += Fact("Scan",
+               fmt::format("{} levels in {} sweep{}, {:.1f} s of booth time", scan.levels, scan.sweeps,
+                           scan.sweeps == 1 ? "" : "s", std::chrono::duration<double>(scan.end - scan.start).count()));
   html += Fact("Returns", fmt::format("{} ranges, {} readings without a return, {} frames lost", scan.returns,
                                       scan.no_returns, scan.ring.lost_frames));
   for (const std::string& reason : subject.scan.adjusted) html += Fact("Plan adjusted", reason);
@@ -153,6 +158,7 @@ std::string Inferred(const DemoSubject& subject) {
       "between returns, and {:.1f} % is unknown: no number is given there.</li>\n",
       100.0 * subject.shares.measured, 100.0 * subject.shares.inferred, 100.0 * subject.shares.unknown);
   for (const ForegroundObject& object : subject.fit.foreground) {
+    if (object.samples < kFewReturns) continue;
     html += fmt::format(
         "<li>Something stood in front of the body (an arm) near {:.0f}°, from z = {:.0f} to {:.0f} mm: {} returns left "
         "out, the surface behind it is inferred.</li>\n",
@@ -249,7 +255,8 @@ std::string RenderReport(const DemoResult& result) {
       "<p>A ring of 180 range sensors travelled over a subject whose true measures are known. Each sensor has a noise "
       "of "
       "0.5 mm, and some of its readings are missing or wrong. One smooth surface was fitted to the recording; every "
-      "number and picture below comes from that surface.</p>\n";
+      "number and picture below comes from that surface. Girths are taken as a tape does, around the convex outline; "
+      "\u201c\u00b1 95 %\u201d is what the noise of the returns lets expect.</p>\n";
   html += Cards(result);
   for (const DemoSubject& subject : result.subjects) html += SubjectHtml(subject);
   return html + "</main>\n</body>\n</html>\n";

@@ -132,4 +132,25 @@ std::vector<Eigen::Vector2d> TrueOutline(const sim::ParametricBody& truth, doubl
   return outline;
 }
 
+std::vector<Eigen::Vector2d> Exaggerated(const std::vector<Eigen::Vector2d>& measured,
+                                         const std::vector<Eigen::Vector2d>& truth, double factor) {
+  std::vector<std::pair<double, double>> polar;  // angle and radius of the truth, by angle
+  for (const Eigen::Vector2d& point : truth) polar.emplace_back(std::atan2(point.y(), point.x()), point.norm());
+  std::sort(polar.begin(), polar.end());
+  if (polar.empty()) return measured;
+  // Once around more at both ends, so that every angle lies between two.
+  polar.insert(polar.begin(), {polar.back().first - kTwoPi, polar.back().second});
+  polar.emplace_back(polar[1].first + kTwoPi, polar[1].second);
+  std::vector<Eigen::Vector2d> drawn;
+  for (const Eigen::Vector2d& point : measured) {
+    const double angle = std::atan2(point.y(), point.x());
+    const auto after = std::upper_bound(polar.begin() + 1, polar.end() - 1, std::pair{angle, 0.0});
+    const auto before = after - 1;
+    const double share = (angle - before->first) / std::max(1e-12, after->first - before->first);
+    const double radius = before->second + share * (after->second - before->second);
+    drawn.emplace_back(point.normalized() * (radius + factor * (point.norm() - radius)));
+  }
+  return drawn;
+}
+
 }  // namespace annulus

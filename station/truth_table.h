@@ -44,4 +44,9 @@ Result<std::vector<Comparison>> CompareWithTruth(const MeasuredSurface& surface,
 /// The true outline of the torso or head at height z, station frame, mm.
 [[nodiscard]] std::vector<Eigen::Vector2d> TrueOutline(const sim::ParametricBody& truth, double z);
 
+/// `measured` with its distance from `truth` along the ray from the ring's axis multiplied by `factor`, so that small
+/// differences can be seen. Both are outlines around the axis, mm.
+[[nodiscard]] std::vector<Eigen::Vector2d> Exaggerated(const std::vector<Eigen::Vector2d>& measured,
+                                                       const std::vector<Eigen::Vector2d>& truth, double factor);
+
 }  // namespace annulus

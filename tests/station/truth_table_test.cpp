@@ -33,6 +33,17 @@ TEST(TruthTable, TheTrueOutlineIsAsLongAsTheTrueGirthSays) {
   }
 }
 
+TEST(TruthTable, ExaggerationMultipliesTheDistanceOfTwoOutlines) {
+  std::vector<Eigen::Vector2d> truth;
+  std::vector<Eigen::Vector2d> measured;
+  for (int k = 0; k < 360; ++k) {
+    const double theta = k * std::numbers::pi / 180.0;
+    truth.emplace_back(100.0 * std::cos(theta + 0.003), 100.0 * std::sin(theta + 0.003));
+    measured.emplace_back(100.5 * std::cos(theta), 100.5 * std::sin(theta));
+  }
+  for (const Eigen::Vector2d& point : Exaggerated(measured, truth, 20.0)) EXPECT_NEAR(point.norm(), 110.0, 0.01);
+}
+
 /// A circular cylinder of 100 mm about the ring's axis over the heights of the whole person, known everywhere.
 SurfaceModel Cylinder(double radius) {
   const PeriodicCubicBasis theta(12);
