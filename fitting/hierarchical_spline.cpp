@@ -9,8 +9,8 @@
 namespace annulus {
 namespace {
 
-using SparseRow = std::vector<std::pair<std::uint32_t, double>>;
-using Rows = std::vector<SparseRow>;  // of one level's tensor grid, theta fastest
+using SparseRow = HierarchicalSpline::SparseRow;
+using Rows = HierarchicalSpline::Rows;
 
 std::vector<double> Halved(const std::vector<double>& breakpoints) {
   std::vector<double> fine;
@@ -124,52 +124,55 @@ HierarchicalSpline::HierarchicalSpline(std::size_t theta_count, const std::vecto
                                        RefinementFlags flags)
     : flags_(std::move(flags)) {
   levels_.push_back({PeriodicCubicBasis(theta_count), ClampedCubicBasis(z_breakpoints)});
+  std::vector<std::vector<char>> domain;  // of every level, as flags over its own cells; nested by force
+  domain.emplace_back(levels_[0].theta_cells() * levels_[0].z_cells(), char{1});
   for (std::size_t l = 0; l < flags_.size(); ++l) {
-    const SplineLevel& coarse = levels_.back();
-    ENSURE(flags_[l].size() == coarse.theta_cells() * coarse.z_cells(), "one flag per cell");
-    SplineLevel finer{PeriodicCubicBasis(2 * coarse.theta_cells()), ClampedCubicBasis(Halved(coarse.z.breakpoints()))};
+    ENSURE(flags_[l].size() == domain[l].size(), "one flag per cell");
+    for (std::size_t k = 0; k < flags_[l].size(); ++k) flags_[l][k] = flags_[l][k] != 0 && domain[l][k] != 0 ? 1 : 0;
+    domain.push_back(Children(levels_[l], flags_[l]));
+    SplineLevel finer{PeriodicCubicBasis(2 * levels_[l].theta_cells()),
+                      ClampedCubicBasis(Halved(levels_[l].z.breakpoints()))};
     levels_.push_back(std::move(finer));
   }
-  // Domain of every level as flags over its own cells; nested by force.
-  std::vector<std::vector<char>> domain(levels_.size());
-  domain[0].assign(levels_[0].theta_cells() * levels_[0].z_cells(), 1);
-  for (std::size_t l = 0; l < flags_.size(); ++l) {
-    for (std::size_t k = 0; k < flags_[l].size(); ++k) flags_[l][k] = flags_[l][k] != 0 && domain[l][k] != 0 ? 1 : 0;
-    domain[l + 1] = Children(levels_[l], flags_[l]);
-  }
 
-  // Kraft's selection gives the active functions; truncation sets a coarse function's weight on them to zero.
-  std::vector<Rows> rows(levels_.size());
-  for (std::size_t l = 0; l < levels_.size(); ++l) {
-    const SplineLevel& level = levels_[l];
-    const std::size_t width = level.theta.count();
-    rows[l].resize(width * level.z.count());
-    const auto z_weights =
-        l > 0 ? RefinementWeights(levels_[l - 1].z, level.z) : std::vector<std::vector<RefinementEntry>>();
-    for (std::size_t j = 0; j < level.z.count(); ++j) {
-      for (std::size_t i = 0; i < width; ++i) {
-        SparseRow& row = rows[l][j * width + i];
-        if (AllUnder(level, domain[l], i, j)) {
-          const bool replaced = l < flags_.size() && AllUnder(level, flags_[l], i, j);
-          if (!replaced) row.emplace_back(static_cast<std::uint32_t>(size_++), 1.0);
-          continue;
-        }
-        for (const RefinementEntry& up : z_weights[j]) {
-          for (const RefinementEntry& around : PeriodicWeights(i, width / 2)) {
-            AddScaled(row, rows[l - 1][up.coarse * (width / 2) + around.coarse], up.weight * around.weight);
-          }
-        }
-        Compress(row);
-      }
-    }
-  }
+  std::vector<Rows> rows;
+  for (std::size_t l = 0; l < levels_.size(); ++l) rows.push_back(RowsOfLevel(l, domain[l], rows));
   std::vector<Eigen::Triplet<double>> triplets;
   for (std::size_t k = 0; k < rows.back().size(); ++k) {
-    for (const auto& [index, weight] : rows.back()[k]) triplets.emplace_back(int(k), int(index), weight);
+    for (const auto& [index, weight] : rows.back()[k]) {
+      triplets.emplace_back(static_cast<int>(k), static_cast<int>(index), weight);
+    }
   }
   fine_from_active_.resize(static_cast<Eigen::Index>(rows.back().size()), static_cast<Eigen::Index>(size_));
   fine_from_active_.setFromTriplets(triplets.begin(), triplets.end());
   BuildLeaves(rows);
+}
+
+Rows HierarchicalSpline::RowsOfLevel(std::size_t l, const std::vector<char>& domain, const std::vector<Rows>& coarser) {
+  const SplineLevel& level = levels_[l];
+  const std::size_t width = level.theta.count();
+  const auto z_weights =
+      l > 0 ? RefinementWeights(levels_[l - 1].z, level.z) : std::vector<std::vector<RefinementEntry>>();
+  Rows rows(width * level.z.count());
+  for (std::size_t j = 0; j < level.z.count(); ++j) {
+    for (std::size_t i = 0; i < width; ++i) {
+      SparseRow& row = rows[j * width + i];
+      if (AllUnder(level, domain, i, j)) {
+        // Kraft's selection: active unless finer functions replace it. Truncation: coarser functions have no weight
+        // here.
+        const bool replaced = l < flags_.size() && AllUnder(level, flags_[l], i, j);
+        if (!replaced) row.emplace_back(static_cast<std::uint32_t>(size_++), 1.0);
+        continue;
+      }
+      for (const RefinementEntry& up : z_weights[j]) {
+        for (const RefinementEntry& around : PeriodicWeights(i, width / 2)) {
+          AddScaled(row, coarser[l - 1][up.coarse * (width / 2) + around.coarse], up.weight * around.weight);
+        }
+      }
+      Compress(row);
+    }
+  }
+  return rows;
 }
 
 void HierarchicalSpline::BuildLeaves(const std::vector<Rows>& rows) {

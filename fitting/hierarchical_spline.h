@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "fitting/bspline_basis.h"
@@ -39,6 +40,9 @@ struct SplineLeaf {
 /// tensor grid that is refined dyadically where asked. With one level it is the plain tensor product. Immutable.
 class HierarchicalSpline {
  public:
+  using SparseRow = std::vector<std::pair<std::uint32_t, double>>;  ///< Active index and weight.
+  using Rows = std::vector<SparseRow>;                              ///< One per function of a level, theta fastest.
+
   /// `theta_count` and `z_breakpoints` (uniform or not) are the coarsest level's; flags.size() + 1 levels.
   /// Requires theta_count >= 4 and flags of matching sizes; flags of cells outside their level's domain are dropped.
   HierarchicalSpline(std::size_t theta_count, const std::vector<double>& z_breakpoints, RefinementFlags flags);
@@ -67,7 +71,9 @@ class HierarchicalSpline {
   [[nodiscard]] RefinementFlags WithMarks(std::size_t level, const std::vector<char>& marks) const;
 
  private:
-  void BuildLeaves(const std::vector<std::vector<std::vector<std::pair<std::uint32_t, double>>>>& rows);
+  /// Weights of the active coefficients on every function of a level; gives the level's active functions their indices.
+  Rows RowsOfLevel(std::size_t l, const std::vector<char>& domain, const std::vector<Rows>& coarser);
+  void BuildLeaves(const std::vector<Rows>& rows);
 
   std::vector<SplineLevel> levels_;
   RefinementFlags flags_;

@@ -165,71 +165,101 @@ double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix
   return sum / kProbes;
 }
 
-Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty) {
-  const Eigen::SparseMatrix<double> data = system.DataForms({}).Assemble(system.basis());
-  const Eigen::SparseMatrix<double> prior = fixed.Assemble(system.basis());
-  const Eigen::SparseMatrix<double> rough = penalty.Assemble(system.basis());
-  const Eigen::VectorXd right = system.DataVector();
-  const auto n = static_cast<double>(system.rows().size());
-  SparseFactor factor;
-  bool analysed = false;
+namespace {
 
-  const auto evaluate = [&](double log_lambda) {
-    SmoothingChoice choice;
-    choice.lambda = std::exp(log_lambda);
-    choice.gcv = std::numeric_limits<double>::infinity();
-    Eigen::SparseMatrix<double> upper = data + prior + choice.lambda * rough;
-    AddRidge(upper);
-    if (!analysed) factor.analyzePattern(upper);
-    analysed = true;
-    factor.factorize(upper);
-    if (factor.info() != Eigen::Success) return choice;
-    choice.coefficients = factor.solve(right);
-    choice.effective_parameters = EffectiveParameters(factor, data);
-    const Eigen::VectorXd residuals = system.Residuals(choice.coefficients);
-    double squares = 0.0;
-    for (std::size_t k = 0; k < system.rows().size(); ++k) {
-      const double residual = residuals[static_cast<Eigen::Index>(k)];
-      squares += static_cast<double>(system.rows()[k].weight) * residual * residual;
+/// The GCV score as a function of log λ. Keeps what it has tried, and the analysis of the pattern.
+class GcvScore {
+ public:
+  GcvScore(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty)
+      : system_(system),
+        data_(system.DataForms({}).Assemble(system.basis())),
+        prior_(fixed.Assemble(system.basis())),
+        rough_(penalty.Assemble(system.basis())),
+        right_(system.DataVector()) {}
+
+  /// Where data and penalty have the same mean diagonal: the middle of the search.
+  [[nodiscard]] double balanced_log_lambda() const {
+    return std::log(data_.diagonal().mean() / rough_.diagonal().mean());
+  }
+
+  const SmoothingChoice& At(double log_lambda) {
+    auto found = tried_.find(log_lambda);
+    if (found == tried_.end()) found = tried_.emplace(log_lambda, Evaluate(std::exp(log_lambda))).first;
+    return found->second;
+  }
+
+  /// The best that was tried, or null if no λ gave a finite score.
+  [[nodiscard]] const SmoothingChoice* best() const {
+    const SmoothingChoice* chosen = nullptr;
+    for (const auto& [log_lambda, choice] : tried_) {
+      if (std::isfinite(choice.gcv) && (chosen == nullptr || choice.gcv < chosen->gcv)) chosen = &choice;
     }
+    return chosen;
+  }
+
+ private:
+  SmoothingChoice Evaluate(double lambda) {
+    SmoothingChoice choice;
+    choice.lambda = lambda;
+    choice.gcv = std::numeric_limits<double>::infinity();
+    Eigen::SparseMatrix<double> upper = data_ + prior_ + lambda * rough_;
+    AddRidge(upper);
+    if (tried_.empty()) factor_.analyzePattern(upper);
+    factor_.factorize(upper);
+    if (factor_.info() != Eigen::Success) return choice;
+    choice.coefficients = factor_.solve(right_);
+    choice.effective_parameters = EffectiveParameters(factor_, data_);
+    const Eigen::VectorXd residuals = system_.Residuals(choice.coefficients);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < system_.rows().size(); ++k) {
+      const double residual = residuals[static_cast<Eigen::Index>(k)];
+      squares += static_cast<double>(system_.rows()[k].weight) * residual * residual;
+    }
+    const auto n = static_cast<double>(system_.rows().size());
     const double freedom = n - choice.effective_parameters;
     if (freedom > 0.0 && std::isfinite(squares)) choice.gcv = n * squares / (freedom * freedom);
     return choice;
-  };
+  }
 
-  // A coarse walk downhill in decades, then golden section inside the bracket.
-  std::map<double, SmoothingChoice> tried;
-  const auto at = [&](double log_lambda) -> const SmoothingChoice& {
-    auto found = tried.find(log_lambda);
-    if (found == tried.end()) found = tried.emplace(log_lambda, evaluate(log_lambda)).first;
-    return found->second;
-  };
-  const double decade = std::log(10.0);
-  const double centre = std::log(data.diagonal().mean() / rough.diagonal().mean());
+  const SplineSystem& system_;
+  Eigen::SparseMatrix<double> data_;
+  Eigen::SparseMatrix<double> prior_;
+  Eigen::SparseMatrix<double> rough_;
+  Eigen::VectorXd right_;
+  SparseFactor factor_;
+  std::map<double, SmoothingChoice> tried_;
+};
+
+}  // namespace
+
+Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty) {
+  // A walk downhill in decades, then golden section inside the bracket.
   constexpr int kDecades = 8;
+  constexpr int kSections = 4;
+  GcvScore score(system, fixed, penalty);
+  const double decade = std::log(10.0);
+  const double centre = score.balanced_log_lambda();
+  const auto at = [&](int step) { return score.At(centre + step * decade).gcv; };
   int best = 0;
-  while (best > -kDecades && at(centre + (best - 1) * decade).gcv < at(centre + best * decade).gcv) --best;
-  while (best < kDecades && at(centre + (best + 1) * decade).gcv < at(centre + best * decade).gcv) ++best;
+  while (best > -kDecades && at(best - 1) < at(best)) --best;
+  while (best < kDecades && at(best + 1) < at(best)) ++best;
   double low = centre + (best - 1) * decade;
   double high = centre + (best + 1) * decade;
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
   double left = high - golden * (high - low);
-  double right_point = low + golden * (high - low);
-  for (int step = 0; step < 4; ++step) {
-    if (at(left).gcv < at(right_point).gcv) {
-      high = right_point;
-      right_point = left;
+  double right = low + golden * (high - low);
+  for (int step = 0; step < kSections; ++step) {
+    if (score.At(left).gcv < score.At(right).gcv) {
+      high = right;
+      right = left;
       left = high - golden * (high - low);
     } else {
       low = left;
-      left = right_point;
-      right_point = low + golden * (high - low);
+      left = right;
+      right = low + golden * (high - low);
     }
   }
-  const SmoothingChoice* chosen = nullptr;
-  for (const auto& [log_lambda, choice] : tried) {
-    if (std::isfinite(choice.gcv) && (chosen == nullptr || choice.gcv < chosen->gcv)) chosen = &choice;
-  }
+  const SmoothingChoice* chosen = score.best();
   if (chosen == nullptr) {
     return Fail("fit a surface", "the samples do not determine it at any smoothing",
                 "scan again: too few returns, or all in one place");
