@@ -18,13 +18,15 @@ constexpr double kLongestGap = 60.0;      // mm without a known section that are
 constexpr double kShortestTrunk = 250.0;  // mm of known body below the neck before a trunk is looked for
 
 // Head and neck, shares and mm of adults' and children's heads with room to spare.
-constexpr double kSmallestHead = 400.0;  // girth
-constexpr double kLargestHead = 750.0;   // girth
-constexpr double kCrown = 300.0;         // girth below which a section is still the crown
-constexpr double kHollowShare = 0.006;   // skin longer than the tape by this share: ears or eye sockets have begun
-constexpr double kLongestHead = 350.0;   // from the top of the scan to the neck
-constexpr double kNeckShare = 0.85;      // of the head's girth, at most
-constexpr double kShoulderShare = 1.05;  // of the smallest girth so far: the neck is passed
+constexpr double kSmallestHead = 400.0;     // girth
+constexpr double kLargestHead = 750.0;      // girth
+constexpr double kCrown = 300.0;            // girth below which a section is still the crown
+constexpr double kHollowShare = 0.006;      // skin longer than the tape by this share: ears or eye sockets have begun
+constexpr double kLongestHead = 350.0;      // from the top of the scan to the neck
+constexpr double kNeckShare = 0.85;         // of the head's girth, at most
+constexpr double kWideShoulderShare = 1.7;  // of the neck's girth; no hip has as much of its waist's
+constexpr double kSmallestWaist = 400.0;    // girth
+constexpr double kShoulderShare = 1.05;     // of the smallest girth so far: the neck is passed
 
 /// One fully known section.
 struct Girth {
@@ -110,22 +112,37 @@ struct HeadAndNeck {
   std::size_t neck = 0;
 };
 
+/// Whether hollows of a section end the search for the head's girth.
+enum class EarsAre { kHollows, kUnseen };
+
 /// The head's girth is taken above the ears: the largest one before hollows show that ears or eyes have begun, or
 /// before the girth falls by a tenth. The neck is the smallest girth below it before the shoulders widen.
-std::optional<HeadAndNeck> FindHead(const std::vector<Girth>& girths) {
+std::optional<HeadAndNeck> FindHead(const std::vector<Girth>& girths, EarsAre ears) {
   std::size_t head = 0;
   for (std::size_t k = 0; k < girths.size(); ++k) {
-    if (girths[k].tape > kCrown && girths[k].hollow > kHollowShare) break;
+    if (ears == EarsAre::kHollows && girths[k].tape > kCrown && girths[k].hollow > kHollowShare) break;
     if (girths[k].tape < 0.9 * girths[head].tape) break;
     if (girths[k].tape > girths[head].tape) head = k;
   }
   const double girth = girths[head].tape;
-  if (head == 0 || girth < kSmallestHead || girth > kLargestHead) return std::nullopt;
+  // Without the crown nobody knows whether the largest girth was seen.
+  if (girths[0].tape > 0.9 * girth || girth < kSmallestHead || girth > kLargestHead) return std::nullopt;
   std::size_t neck = head;
   for (std::size_t k = head; k <= Below(girths, 0, kLongestHead); ++k) {
     if (girths[k].tape < girths[neck].tape) neck = k;
     const bool shoulders = girths[k].tape > kShoulderShare * girths[neck].tape;
     if (shoulders && girths[neck].tape < kNeckShare * girth) return HeadAndNeck{head, neck};
+  }
+  return std::nullopt;
+}
+
+/// The neck of a scan that begins within the face: the smallest girth before one that only shoulders have.
+std::optional<std::size_t> FindCutNeck(const std::vector<Girth>& girths) {
+  std::size_t neck = 0;
+  for (std::size_t k = 0; k <= Below(girths, 0, kLongestHead); ++k) {
+    if (girths[k].tape < girths[neck].tape) neck = k;
+    const bool shoulders = girths[k].tape > kWideShoulderShare * girths[neck].tape;
+    if (shoulders) return neck > 0 ? std::optional(neck) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -153,7 +170,7 @@ Trunk FindTrunk(const std::vector<Girth>& girths, std::size_t start, double belo
       trunk.waist = k;
     }
   }
-  if (!trunk.waist) return trunk;
+  if (!trunk.waist || girths[*trunk.waist].tape < kSmallestWaist) return {};
   trunk.hip = InnerMaximum(girths, *trunk.waist, std::min(last, Below(girths, *trunk.waist, 320.0)));
   // Chest: from the waist up, the girth grows to the bust; above it, it falls a little or jumps up where the arms join.
   std::size_t chest = *trunk.waist;
@@ -199,16 +216,18 @@ BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& contex
   };
   // A standing person's arms may part the run of the head from that of the trunk.
   const std::vector<Girth> top = Smoothed(runs.front());
-  const std::optional<HeadAndNeck> head = FindHead(top);
+  std::optional<HeadAndNeck> head = FindHead(top, EarsAre::kHollows);
+  if (!head) head = FindHead(top, EarsAre::kUnseen);  // hair is rough: its hollows say nothing
+  const std::optional<std::size_t> neck = head ? std::optional(head->neck) : FindCutNeck(top);
   add(top, "head", head ? std::optional(head->head) : std::nullopt, "largest horizontal tape girth above the ears");
-  add(top, "neck", head ? std::optional(head->neck) : std::nullopt, "smallest horizontal tape girth below the head");
+  add(top, "neck", neck, "smallest horizontal tape girth below the head");
 
   const std::vector<Girth> girths = Smoothed(*longest);
-  const bool with_neck = head && longest == runs.begin();
-  const std::size_t start = with_neck ? head->neck : 0;
+  const bool with_neck = neck && longest == runs.begin();
+  const std::size_t start = with_neck ? *neck : 0;
   // Shoulders and armpits are passed over: they are no chest.
   double passed = with_neck ? 150.0 : 60.0;
-  if (head && !with_neck) passed = std::max(0.0, 150.0 - (top[head->neck].z - girths.front().z));
+  if (neck && !with_neck) passed = std::max(0.0, 150.0 - (top[*neck].z - girths.front().z));
   Trunk trunk;
   if (girths[start].z - girths.back().z >= kShortestTrunk) trunk = FindTrunk(girths, start, passed);
   add(girths, "chest", trunk.chest, "largest horizontal tape girth between axilla and waist");

@@ -167,6 +167,53 @@ TEST(MeasurementTable, TakesTheHeadsGirthAboveTheEars) {
   EXPECT_NEAR(table.levels.front().z, kLevels[0].z, 3.0);
 }
 
+/// The vase with shoulders as wide as a person's: the neck is told from a waist by them.
+SurfaceModel WithShoulders(double z_min, double z_max) {
+  std::vector<double> breaks;
+  const int count = static_cast<int>((z_max - z_min) / 10.0);
+  for (int k = 0; k <= count; ++k) breaks.push_back(z_min + (z_max - z_min) * k / count);
+  return test::InterpolatedBody(
+      [](double theta, double z) {
+        const double shoulders = 75.0 * std::exp(-std::pow((z - 1360.0) / 30.0, 2));
+        return (Size(z) + shoulders) * (1.0 + 0.1 * std::cos(2.0 * theta));
+      },
+      60, breaks);
+}
+
+TEST(MeasurementTable, OfAScanThatBeginsInTheFaceHasANeckAndATrunk) {
+  const MeasurementTable table = TableOf(WithShoulders(600.0, 1560.0));
+  ASSERT_THAT(Ids(table), testing::Contains("neck"));
+  EXPECT_THAT(Ids(table), testing::Not(testing::Contains("head")));
+  for (const BodyLevel& level : table.levels) {
+    for (const ExpectedLevel& expected : kLevels) {
+      if (level.id == expected.id && level.id != "chest") {
+        EXPECT_NEAR(level.z, expected.z, 8.0) << level.id;  // the shoulders' slope moves the neck a little
+      }
+    }
+  }
+}
+
+TEST(MeasurementTable, OfAHeadIsNoTrunkHoweverLongItsNeck) {
+  // A bust that begins below its crown: its neck is no waist.
+  const SurfaceModel model = Vase(1380.0, 1580.0);
+  EXPECT_TRUE(FindBodyLevels(*MeasuredSurface::FromModel(model), {}).found.empty());
+}
+
+TEST(MeasurementTable, TakesTheGirthOfRoughHairToo) {
+  // Locks 2.5 mm deep all over make the skin longer than the tape everywhere.
+  std::vector<double> breaks;
+  for (int k = 0; k <= 170; ++k) breaks.push_back(10.0 * k);
+  const SurfaceModel model = test::InterpolatedBody(
+      [](double theta, double z) {
+        const double locks = z > 1500.0 ? 2.5 * std::cos(20.0 * theta) : 0.0;
+        return Size(z) * (1.0 + 0.1 * std::cos(2.0 * theta)) + locks;
+      },
+      120, breaks);
+  const MeasurementTable table = TableOf(model);
+  ASSERT_EQ(table.levels.front().id, "head");
+  EXPECT_NEAR(table.levels.front().z, kLevels[0].z, 3.0);
+}
+
 TEST(MeasurementTable, FindsTheSameLevelsWhereverTheFloorIs) {
   SurfaceModel low = Vase(0.0, 1700.0);
   std::vector<double> breaks = low.main().surface.z_basis().breakpoints();
