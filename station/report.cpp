@@ -39,7 +39,7 @@ th { color:var(--soft); font-weight:600; } th:first-child, td:first-child { text
 tr.group td { background:var(--page); color:var(--soft); font-weight:600; }
 tr:last-child td { border-bottom:0; } table.facts td:last-child { text-align:left; width:70%; }
 .scroll { overflow-x:auto; }
-.pictures { display:grid; gap:1rem; grid-template-columns:repeat(auto-fit, minmax(15rem, 22rem)); align-items:start; }
+.pictures { display:grid; gap:1rem; grid-template-columns:repeat(auto-fit, minmax(15rem, 21rem)); align-items:start; }
 figure { margin:0; background:var(--card); border:1px solid var(--line); border-radius:.5rem; overflow:hidden; }
 figure img { display:block; width:100%; height:auto; }
 figcaption { padding:.5rem .8rem; font-size:.88rem; color:var(--soft); }
