@@ -60,7 +60,8 @@ void ProgressDisplay::ShowLine(std::string_view stage, double share, double eta_
                                    static_cast<int>(std::min<std::size_t>(stage.size(), 60)), stage.data(),
                                    std::floor(100.0 * share), std::ceil(eta_s));
   if (length > 0)
-    (void)!::write(STDERR_FILENO, line.data(), std::min<std::size_t>(line.size() - 1, std::size_t(length)));
+    (void)!::write(STDERR_FILENO, line.data(),
+                   std::min<std::size_t>(line.size() - 1, static_cast<std::size_t>(length)));
   line_shown_ = true;
 }
 

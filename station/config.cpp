@@ -1,5 +1,6 @@
 #include "station/config.h"
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -59,12 +60,12 @@ void ReadTable(const toml::node& node, const std::string& section, const Setters
     const auto found = std::find_if(setters.begin(), setters.end(), [&](const auto& s) { return s.first == name; });
     if (found == setters.end()) {
       std::string known;
-      for (const auto& [other, setter] : setters) known += (known.empty() ? "" : ", ") + other;
+      for (const auto& [other, setter] : setters) known.append(known.empty() ? "" : ", ").append(other);
       throw BadConfig{
           "line " + std::to_string(key.source().begin.line) + ": unknown key '" + name + "' in [" + section + "]",
           "use one of: " + known};
     }
-    found->second(value, section + "." + name);
+    found->second(value, fmt::format("{}.{}", section, name));
   }
 }
 
@@ -93,8 +94,8 @@ void ReadBoards(const toml::node& node, const std::string& key, RingConfig& ring
     std::uint32_t number = 0;
     const auto [end, error] = std::from_chars(serial.data(), serial.data() + serial.size(), number);
     if (error != std::errc() || end != serial.data() + serial.size())
-      Refuse(value, key + "." + serial, "named by a board's serial number");
-    ring.boards[number] = static_cast<std::uint16_t>(WholeIn(value, key + "." + serial, 0, 65'535));
+      Refuse(value, fmt::format("{}.{}", key, serial), "named by a board's serial number");
+    ring.boards[number] = static_cast<std::uint16_t>(WholeIn(value, fmt::format("{}.{}", key, serial), 0, 65'535));
   }
 }
 

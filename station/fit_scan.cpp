@@ -25,6 +25,7 @@ Eigen::Index RowsFor(const std::vector<SurfaceSample>& samples, double height, E
   std::map<std::pair<std::uint16_t, std::uint32_t>, double> levels;  // any height of each level
   for (const SurfaceSample& sample : samples) levels.emplace(std::pair{sample.sweep, sample.level}, sample.z);
   std::vector<double> heights;
+  heights.reserve(levels.size());
   for (const auto& [key, z] : levels) heights.push_back(z);
   std::sort(heights.begin(), heights.end());
   std::vector<double> gaps;
@@ -116,9 +117,10 @@ Result<RgbImage> ResidualImage(const ScanFit& fit) {
   for (std::size_t k = 0; k < fit.samples.size(); ++k) {
     if (rejected[k] != 0) continue;
     const SurfaceSample& s = fit.samples[k];
-    const auto column = static_cast<Eigen::Index>(std::lround(s.theta / kTwoPi * double(kColumns))) % kColumns;
+    const auto column =
+        static_cast<Eigen::Index>(std::lround(s.theta / kTwoPi * static_cast<double>(kColumns))) % kColumns;
     const double down = (surface.z_max() - s.z) / height;  // row 0 is the top
-    const auto row = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(down * double(rows)), 0, rows - 1);
+    const auto row = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(down * static_cast<double>(rows)), 0, rows - 1);
     sum(row, column) += s.radius - surface.Radius(s.theta, s.z);
     count(row, column) += 1.0;
   }

@@ -41,10 +41,11 @@ Result<RgbImage> Draw(const Scene& scene, const std::vector<Eigen::Vector3d>& po
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : points) box.extend(point);
   RenderOptions render;
-  render.width = aspect >= 1.0 ? options.size : std::max(1, int(std::lround(options.size * aspect)));
-  render.height = aspect >= 1.0 ? std::max(1, int(std::lround(options.size / aspect))) : options.size;
+  const auto shorter = [&](double share) { return std::max(1, static_cast<int>(std::lround(options.size * share))); };
+  render.width = aspect >= 1.0 ? options.size : shorter(aspect);
+  render.height = aspect >= 1.0 ? shorter(1.0 / aspect) : options.size;
   Framing framing;
-  framing.aspect = double(render.width) / double(render.height);
+  framing.aspect = static_cast<double>(render.width) / static_cast<double>(render.height);
   auto camera = FrameCamera(box, options.view, framing);
   if (!camera) return Fail(camera);
   Tighten(*camera, points, framing);

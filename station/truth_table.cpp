@@ -135,6 +135,7 @@ std::vector<Eigen::Vector2d> TrueOutline(const sim::ParametricBody& truth, doubl
 std::vector<Eigen::Vector2d> Exaggerated(const std::vector<Eigen::Vector2d>& measured,
                                          const std::vector<Eigen::Vector2d>& truth, double factor) {
   std::vector<std::pair<double, double>> polar;  // angle and radius of the truth, by angle
+  polar.reserve(truth.size() + 2);
   for (const Eigen::Vector2d& point : truth) polar.emplace_back(std::atan2(point.y(), point.x()), point.norm());
   std::sort(polar.begin(), polar.end());
   if (polar.empty()) return measured;

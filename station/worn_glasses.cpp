@@ -9,7 +9,7 @@ namespace annulus {
 Result<WornFrame> FitFrame(const SplineSurface& head, const FrameParameters& parameters) {
   const auto face = FindFacePoints(head);
   if (!face) return Fail(face);
-  const auto placed = PlaceFrame(parameters, *face);
+  auto placed = PlaceFrame(parameters, *face);
   if (!placed) return placed;
   return ClearHead(*placed, head);
 }

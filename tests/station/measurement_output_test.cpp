@@ -38,7 +38,7 @@ TEST(MeasurementOutput, JsonHasTheKeysOfTheDesign) {
   EXPECT_EQ(girth.at("measured_share"), 0.975);
   EXPECT_EQ(girth.at("iso20685_limit_mm"), 4.0);
   EXPECT_EQ(girth.at("iso20685_ok"), true);
-  EXPECT_EQ(girth.at("landmarks"), nlohmann::json({"level.neck"}));
+  EXPECT_EQ(girth.at("landmarks").dump(), "[\"level.neck\"]");
   EXPECT_EQ(json.at("omitted").size(), 1U);
 }
 
