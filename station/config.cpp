@@ -61,9 +61,8 @@ void ReadTable(const toml::node& node, const std::string& section, const Setters
     if (found == setters.end()) {
       std::string known;
       for (const auto& [other, setter] : setters) known.append(known.empty() ? "" : ", ").append(other);
-      throw BadConfig{
-          "line " + std::to_string(key.source().begin.line) + ": unknown key '" + name + "' in [" + section + "]",
-          "use one of: " + known};
+      throw BadConfig{fmt::format("line {}: unknown key '{}' in [{}]", key.source().begin.line, name, section),
+                      "use one of: " + known};
     }
     found->second(value, fmt::format("{}.{}", section, name));
   }
