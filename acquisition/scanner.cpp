@@ -94,6 +94,9 @@ class ScanRun {
   std::int64_t last_index_ = -1;    ///< Of this sweep.
   std::uint32_t sweep_levels_ = 0;  ///< Handed on in this sweep.
   bool passed_end_ = false;         ///< A level behind the last planned one was seen.
+  double deviation_sum_ = 0.0;      ///< Of this sweep's levels from their planned heights, mm.
+  double shift_mm_ = 0.0;           ///< Where the first sweep's levels fell against the plan; the others follow it.
+  nanoseconds lag_{0};              ///< How much later than reckoned the axis arrives, learned from the first sweep.
 };
 
 Status ScanRun::Perform() {
@@ -235,6 +238,11 @@ Status ScanRun::HandOnLevel(ScanLevel level) {
     if (index > last) passed_end_ = true;
     if (index <= last_index_ || index > last) return {};
   }
+  if (!plan_.parked()) {
+    const std::int64_t from_top = sweep_ % 2 == 0 ? index : plan_.SweepLevels(sweep_) - 1 - index;
+    deviation_sum_ +=
+        MeanHeight(level) - (plan_.SweepTop(sweep_) - static_cast<double>(from_top) * plan_.sweep_pitch_mm());
+  }
   last_index_ = index;
   level.index = static_cast<std::uint32_t>(index);
   level.sweep = static_cast<std::uint16_t>(sweep_);
@@ -250,11 +258,12 @@ Status ScanRun::HandOnLevel(ScanLevel level) {
 }
 
 Status ScanRun::StartInPhase(double first_mm, double end_mm) {
-  // After the order the set-point needs d / v + v / 2a to the first level; the order itself takes half a transaction.
+  // After the order the set-point needs d / v + v / 2a to the first level; the order itself takes half a transaction,
+  // and the axis follows its set-point late.
   const double v = plan_.speed_mm_s;
   const double a = axis_.identity().limits.max_acceleration.value();
   const nanoseconds one_way = (position_.time.host_after - position_.time.host_before) / 2;
-  const nanoseconds lead = FromSeconds(std::abs(first_mm - position_.z.value()) / v + v / (2.0 * a)) + one_way;
+  const nanoseconds lead = FromSeconds(std::abs(first_mm - position_.z.value()) / v + v / (2.0 * a)) + one_way + lag_;
   const nanoseconds earliest = clock_.Now() + 2 * kPollTime + lead;
   const std::int64_t periods = (earliest - sync_time_) / period_ + 1;
   const nanoseconds start = sync_time_ + periods * period_ - lead;
@@ -278,8 +287,9 @@ Status ScanRun::Sweep(std::uint32_t sweep) {
   last_index_ = -1;
   sweep_levels_ = 0;
   passed_end_ = false;
+  deviation_sum_ = 0.0;
   RETURN_IF_ERROR(Step());
-  RETURN_IF_ERROR(StartInPhase(down ? highest : lowest, end));
+  RETURN_IF_ERROR(StartInPhase((down ? highest : lowest) + shift_mm_, end));
   const nanoseconds deadline = clock_.Now() + 2 * MoveTime(end - position_.z.value()) + std::chrono::seconds(2);
   do {
     RETURN_IF_ERROR(Step());
@@ -292,6 +302,11 @@ Status ScanRun::Sweep(std::uint32_t sweep) {
   stamper_.Drop();
   summary_.missing_levels += levels - sweep_levels_;
   ++summary_.sweeps;
+  if (sweep == 0 && sweep_levels_ > 0) {
+    // The plan matters less than that the sweeps interleave: the others go where this one went.
+    shift_mm_ = deviation_sum_ / static_cast<double>(sweep_levels_);
+    lag_ = FromSeconds(shift_mm_ / plan_.speed_mm_s);  // downwards: too high is too late
+  }
   return {};
 }
 

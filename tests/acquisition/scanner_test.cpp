@@ -150,6 +150,19 @@ TEST(Scanner, TakesEveryPlannedLevelOfABodyCloseToItsPlace) {
   }
 }
 
+TEST(Scanner, InterleavesTheSweepsEvenly) {
+  Bench bench(sim::CylinderBooth());
+  ASSERT_TRUE(bench.Run(BodyPlan()));
+  // Down and up sweeps together have levels 5 mm apart, although the axis follows its set-point late in both
+  // directions.
+  std::vector<double> heights;
+  for (const ScanLevel& level : bench.sink.levels) {
+    if (level.sweep < 2) heights.push_back(level.readings[0].z_mm);
+  }
+  std::sort(heights.begin(), heights.end());
+  for (std::size_t k = 1; k < heights.size(); ++k) EXPECT_NEAR(heights[k] - heights[k - 1], 5.0, 0.5);
+}
+
 TEST(Scanner, ReadsARoundCylinderAsTheRingsRadiusLessItsOwn) {
   Bench bench(sim::CylinderBooth());
   ASSERT_TRUE(bench.Run(ShortPlan()));
