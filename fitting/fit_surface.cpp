@@ -171,6 +171,7 @@ std::vector<char> MarkUnresolved(const FitInput& input, const SplineSystem& syst
 struct SolvedSystem {
   std::unique_ptr<const HierarchicalSpline> basis;
   std::unique_ptr<const SplineSystem> system;  ///< Borrows the basis.
+  Eigen::SparseMatrix<double> data;            ///< Upper triangle.
   Eigen::SparseMatrix<double> penalty;         ///< Upper triangle.
   std::unique_ptr<SparseFactor> factor;        ///< Of data + penalty.
   Eigen::VectorXd coefficients;
@@ -189,8 +190,8 @@ Result<SolvedSystem> Solve(const FitInput& input, std::unique_ptr<const Hierarch
   forms.Add(HoleForms(*solved.basis, input.cells), 1.0);
   solved.penalty = forms.Assemble(*solved.basis);
   AddRidge(solved.penalty);
-  const Eigen::SparseMatrix<double> data = solved.system->DataForms({}).Assemble(*solved.basis);
-  solved.factor = std::make_unique<SparseFactor>(data + solved.penalty);
+  solved.data = solved.system->DataForms({}).Assemble(*solved.basis);
+  solved.factor = std::make_unique<SparseFactor>(solved.data + solved.penalty);
   if (solved.factor->info() != Eigen::Success) return FailSingular();
   solved.coefficients = solved.factor->solve(solved.system->DataVector());
   if (!solved.coefficients.allFinite()) return FailSingular();
@@ -304,9 +305,10 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   const std::vector<double> scales = LocalScales(input, system, system.Residuals(solved->coefficients));
   PolishResult polish = RobustPolish(system, solved->penalty, *solved->factor, solved->coefficients, scales);
   if (!polish.coefficients.allFinite()) return FailSingular();
-  const Eigen::SparseMatrix<double> data = system.DataForms(polish.factors).Assemble(*solved->basis);
-  Eigen::SparseMatrix<double> normal_matrix = data + solved->penalty;
-  solved->factor->factorize(normal_matrix);
+  const bool reweighted = std::any_of(polish.factors.begin(), polish.factors.end(), [](double f) { return f < 1.0; });
+  if (reweighted) solved->data = system.DataForms(polish.factors).Assemble(*solved->basis);
+  Eigen::SparseMatrix<double> normal_matrix = solved->data + solved->penalty;
+  if (reweighted) solved->factor->factorize(normal_matrix);
   // Twicing (Tukey 1977): the residuals, smoothed once more, are what the smoothing took off the corners.
   Eigen::VectorXd left = system.Residuals(polish.coefficients);
   for (std::size_t k = 0; k < system.rows().size(); ++k) {
@@ -314,7 +316,7 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
         polish.factors[k] * static_cast<double>(system.rows()[k].weight) / (input.noise * input.noise);
   }
   polish.coefficients += solved->factor->solve(system.Transpose(left));
-  summary.effective_parameters = EffectiveParameters(*solved->factor, data);
+  summary.effective_parameters = EffectiveParameters(*solved->factor, solved->data);
   summary.times.polish_s = watch.Lap();
 
   context.Report("fitting", 0.95, 1.0);
