@@ -26,7 +26,7 @@ TEST(Error, TextIsItsThreePartsInOrder) {
 }
 
 TEST(Error, TextStaysOneLineWhateverTheFileNameHolds) {
-  const Error error{"read a\nb\r\tc", std::string("it holds \0 and \x1b[31m and \x7f", 28), "look"};
+  const Error error{"read a\nb\r\tc", std::string("it holds \0 and \x1b[31m and \x7f", 26), "look"};
   const std::string text = error.Text();
   for (const char c : text) EXPECT_GE(static_cast<unsigned char>(c), 0x20U);
   EXPECT_EQ(text.find('\x7f'), std::string::npos);
