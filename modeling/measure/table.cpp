@@ -1,6 +1,7 @@
 #include "modeling/measure/table.h"
 
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "base/units.h"
@@ -61,16 +62,27 @@ void AddGirth(const MeasuredSurface& body, const GirthClass& girth, double z, Me
   table.measurements.push_back({level + "_perimeter", std::string(girth.term) + ", skin",
                                 "Length of the section's curve at the " + level + " level, hollows followed.", "mm",
                                 section->perimeter, section->measured_share, 0.0, landmarks});
-  // The level's own uncertainty is not known from the fit alone: reported as the search step's half width, uniform.
-  constexpr double kLevelSigma = 2.5 / 1.7320508075688772;
+  // How well the level itself is placed is not computed yet: no sigma, and so no claim about the class limit.
+  constexpr double kUnknownSigma = std::numeric_limits<double>::quiet_NaN();
   table.measurements.push_back({level + "_height",
                                 std::string(girth.term) + " height",
                                 "Height of the " + level + " level above the station's floor.",
                                 "mm",
-                                {z, kLevelSigma},
+                                {z, kUnknownSigma},
                                 section->measured_share,
                                 kHeight,
                                 landmarks});
+}
+
+/// Share of a meridian that was seen and not inferred.
+double MeasuredShareOfMeridian(const MeasuredSurface& body, double theta, double lower, double upper) {
+  constexpr int kPlaces = 200;
+  int measured = 0;
+  for (int k = 0; k < kPlaces; ++k) {
+    const double z = lower + (upper - lower) * (k + 0.5) / kPlaces;
+    if (body.KnowledgeAt(theta, z) == Knowledge::kMeasured) ++measured;
+  }
+  return static_cast<double>(measured) / kPlaces;
 }
 
 void AddLine(const MeasuredSurface& body, const SurfaceLine& line, double lower, double upper,
@@ -83,13 +95,14 @@ void AddLine(const MeasuredSurface& body, const SurfaceLine& line, double lower,
     return;
   }
   const std::vector<std::string> landmarks{std::string("level.") + line.upper, std::string("level.") + line.lower};
+  const double share = MeasuredShareOfMeridian(body, theta, lower, upper);
   const std::string where = std::string(line.upper) + " level to the " + line.lower +
                             " level in the plane theta = " + std::to_string(static_cast<int>(line.theta_deg)) +
                             " degrees.";
-  table.measurements.push_back(
-      {line.id, line.term, "Length along the surface from the " + where, "mm", *along, 1.0, kSegmentLength, landmarks});
+  table.measurements.push_back({line.id, line.term, "Length along the surface from the " + where, "mm", *along, share,
+                                kSegmentLength, landmarks});
   table.measurements.push_back({std::string(line.id) + "_tape", std::string(line.term) + ", taut",
-                                "Length of a taut tape over the surface from the " + where, "mm", *taut, 1.0,
+                                "Length of a taut tape over the surface from the " + where, "mm", *taut, share,
                                 kSegmentLength, landmarks});
 }
 

@@ -112,6 +112,22 @@ TEST(MeasurementTable, MeasuresSurfaceLengthsBetweenTheLevels) {
   }
 }
 
+TEST(MeasurementTable, SaysWhatShareOfALengthWasSeen) {
+  SurfaceModel model = Vase(0.0, 1700.0);
+  KnowledgeMap& map = model.segments.front().knowledge;
+  const std::size_t front = map.columns() / 4;  // 90 degrees
+  for (std::size_t row = 0; row < map.rows(); ++row) map.SetCell(front, row, Knowledge::kInferred);
+  const MeasurementTable table = TableOf(model);
+  EXPECT_EQ(Find(table, "neck_to_waist_front")->measured_share, 0.0);
+  EXPECT_EQ(Find(table, "neck_to_waist_front_tape")->measured_share, 0.0);
+  EXPECT_EQ(Find(table, "neck_to_waist_back")->measured_share, 1.0);
+}
+
+TEST(MeasurementTable, ClaimsNoUncertaintyOfALevelsHeight) {
+  const MeasurementTable table = TableOf(Vase(0.0, 1700.0));
+  EXPECT_TRUE(std::isnan(Find(table, "waist_height")->value.sigma));
+}
+
 TEST(MeasurementTable, OfAHeadScanHasHeadAndNeckOnly) {
   const MeasurementTable table = TableOf(Vase(1430.0, 1700.0));
   EXPECT_THAT(Ids(table), testing::ElementsAre("head", "neck"));
