@@ -12,6 +12,7 @@ namespace annulus {
 
 /// `theta` brought into [0, 2 pi), rad. Any finite input.
 inline double WrapAngle(double theta) {
+  if (theta >= 0.0 && theta < kTwoPi) return theta;  // as it mostly is; the remainder is dear
   const double wrapped = std::fmod(theta, kTwoPi);
   const double positive = wrapped < 0.0 ? wrapped + kTwoPi : wrapped;
   return positive < kTwoPi ? positive : 0.0;

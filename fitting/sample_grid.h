@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,13 +16,15 @@ namespace annulus {
 
 /// The samples of a scan in the order of the ring: one row per level (all sweeps merged, sorted by height), one column
 /// per sensor (sorted by angle, cyclic). Tells each sample who its neighbours on the body are.
-/// Stores indices only; the samples must outlive it.
+/// Stores indices only (4 bytes per cell); the samples must outlive it.
 class SampleGrid {
  public:
   /// Marks an empty cell.
-  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Groups the usable `samples` by (sweep, level) and by sensor. Two samples of one cell: the first is kept.
+  /// Groups the usable `samples` by (sweep, level) and by sensor. A second sample of the same sweep, level and sensor
+  /// opens a row of its own, up to the 16th; later ones are not held. Samples so scattered that they would fill less
+  /// than one cell in a hundred are no scan: the grid is then empty. Requires fewer than 2^32 - 1 samples.
   explicit SampleGrid(std::span<const SurfaceSample> samples);
 
   [[nodiscard]] std::size_t rows() const { return row_z_.size(); }
@@ -36,11 +40,14 @@ class SampleGrid {
     const auto n = static_cast<std::ptrdiff_t>(columns());
     return static_cast<std::size_t>(((static_cast<std::ptrdiff_t>(column) + offset) % n + n) % n);
   }
+  /// How many directions the ring looks in: the columns, and those that are missing where two neighbours stand two or
+  /// more usual gaps apart (sensors without any return).
+  [[nodiscard]] std::size_t RingSize() const;
 
  private:
   std::vector<double> row_z_;
   std::vector<double> column_theta_;
-  std::vector<std::size_t> cells_;
+  std::vector<std::uint32_t> cells_;
 };
 
 }  // namespace annulus

@@ -4,107 +4,171 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace annulus {
 namespace {
 
 constexpr double kMadToSigma = 1.4826;  // sd of a normal distribution over its median absolute deviation
 
-/// Radius in a cell if it holds a sample of verdict good.
-class GoodRadius {
- public:
-  GoodRadius(std::span<const SurfaceSample> samples, const SampleGrid& grid, std::span<const SampleVerdict> verdicts)
-      : samples_(samples), grid_(grid), verdicts_(verdicts) {}
-
-  [[nodiscard]] std::optional<double> At(std::ptrdiff_t row, std::size_t column) const {
-    if (row < 0 || row >= static_cast<std::ptrdiff_t>(grid_.rows())) return std::nullopt;
-    const std::size_t k = grid_.At(static_cast<std::size_t>(row), column);
-    if (k == SampleGrid::kNone || verdicts_[k] != SampleVerdict::kGood) return std::nullopt;
-    return samples_[k].radius;
-  }
-
-  /// Good radii in the (2h+1)² neighbourhood, the centre excluded.
-  [[nodiscard]] std::vector<double> Around(std::size_t row, std::size_t column, std::ptrdiff_t half) const {
-    std::vector<double> radii;
-    for (std::ptrdiff_t dr = -half; dr <= half; ++dr) {
-      for (std::ptrdiff_t dc = -half; dc <= half; ++dc) {
-        if (dr == 0 && dc == 0) continue;
-        if (const auto r = At(static_cast<std::ptrdiff_t>(row) + dr, grid_.Column(column, dc))) radii.push_back(*r);
-      }
-    }
-    return radii;
-  }
-
- private:
-  std::span<const SurfaceSample> samples_;
-  const SampleGrid& grid_;
-  std::span<const SampleVerdict> verdicts_;
+/// A cell of a SampleGrid.
+struct GridCell {
+  std::size_t row = 0;
+  std::size_t column = 0;
 };
 
-/// How far `radius` lies beyond the `rank`-th highest or lowest of `radii` (rank 0 = the extreme itself), mm.
-double Beyond(std::vector<double>& radii, std::size_t rank, double radius) {
-  std::sort(radii.begin(), radii.end());
-  return std::max(radius - radii[radii.size() - 1 - rank], radii[rank] - radius);
+/// The radii of the good samples by cell, NaN where there is none, with a margin of two cells (NaN above and below,
+/// the columns of the other side to the left and right), so that a neighbour is a fixed step away in memory.
+class RadiusField {
+ public:
+  static constexpr std::size_t kMargin = 2;
+
+  RadiusField(std::span<const SurfaceSample> samples, const SampleGrid& grid, std::span<const SampleVerdict> verdicts)
+      : columns_(grid.columns()), stride_(columns_ + 2 * kMargin) {
+    radii_.assign((grid.rows() + 2 * kMargin) * stride_, kNoRadius);
+    for (std::size_t row = 0; row < grid.rows(); ++row) {
+      double* radii = radii_.data() + (row + kMargin) * stride_;
+      for (std::size_t column = 0; column < columns_; ++column) {
+        const std::size_t k = grid.At(row, column);
+        if (k != SampleGrid::kNone && verdicts[k] == SampleVerdict::kGood) radii[column + kMargin] = samples[k].radius;
+      }
+      for (std::size_t k = 0; k < kMargin; ++k) {
+        radii[k] = radii[kMargin + (columns_ * kMargin + k - kMargin) % columns_];
+        radii[columns_ + kMargin + k] = radii[kMargin + k % columns_];
+      }
+    }
+  }
+
+  [[nodiscard]] const double* Row(std::size_t row) const { return radii_.data() + (row + kMargin) * stride_ + kMargin; }
+  [[nodiscard]] const double* At(GridCell cell) const { return Row(cell.row) + cell.column; }
+  [[nodiscard]] std::ptrdiff_t stride() const { return static_cast<std::ptrdiff_t>(stride_); }
+
+  /// Changes a cell, and its copies in the margins.
+  void Set(GridCell cell, double radius) {
+    double* radii = radii_.data() + (cell.row + kMargin) * stride_;
+    for (std::size_t k = (cell.column + kMargin) % columns_; k < stride_; k += columns_) radii[k] = radius;
+  }
+  void Remove(GridCell cell) { Set(cell, kNoRadius); }
+
+ private:
+  static constexpr double kNoRadius = std::numeric_limits<double>::quiet_NaN();
+
+  std::size_t columns_;
+  std::size_t stride_;
+  std::vector<double> radii_;
+};
+
+/// Steps from a cell of a RadiusField to its (2·half + 1)² − 1 neighbours, nearest first.
+std::vector<std::ptrdiff_t> StepsAround(const RadiusField& field, std::ptrdiff_t half) {
+  std::vector<std::array<std::ptrdiff_t, 2>> offsets;
+  for (std::ptrdiff_t dr = -half; dr <= half; ++dr) {
+    for (std::ptrdiff_t dc = -half; dc <= half; ++dc) {
+      if (dr != 0 || dc != 0) offsets.push_back({dr, dc});
+    }
+  }
+  std::stable_sort(offsets.begin(), offsets.end(),
+                   [](const auto& a, const auto& b) { return a[0] * a[0] + a[1] * a[1] < b[0] * b[0] + b[1] * b[1]; });
+  std::vector<std::ptrdiff_t> steps;
+  for (const auto& [dr, dc] : offsets) steps.push_back(dr * field.stride() + dc);
+  return steps;
 }
 
-void MarkOutliers(std::span<const SurfaceSample> samples, const SampleGrid& grid, const ScreeningOptions& options,
-                  std::vector<SampleVerdict>& verdicts) {
-  std::vector<std::array<std::size_t, 2>> candidates;
-  const GoodRadius all(samples, grid, verdicts);
+/// What a return needs around it to be believed.
+struct Company {
+  int neighbours = 0;     ///< At least so many.
+  int vouchers = 0;       ///< At least so many of them that it is not far above, and as many that it is not far below.
+  double limit_mm = 0.0;  ///< What "far" is.
+};
+
+/// Whether a cell has the company it needs among the cells at `steps`. Looks no further than it must.
+bool HasCompany(const double* cell, std::span<const std::ptrdiff_t> steps, const Company& needed) {
+  int neighbours = 0;
+  int not_above = 0;
+  int not_below = 0;
+  for (const std::ptrdiff_t step : steps) {
+    const double excess = *cell - cell[step];
+    if (std::isnan(excess)) continue;
+    ++neighbours;
+    not_above += excess > needed.limit_mm ? 0 : 1;
+    not_below += -excess > needed.limit_mm ? 0 : 1;
+    if (neighbours >= needed.neighbours && not_above >= needed.vouchers && not_below >= needed.vouchers) return true;
+  }
+  return false;
+}
+
+/// Finds outliers among the cells of `field`, and takes them out of it.
+std::vector<GridCell> TakeOutliers(const ScreeningOptions& options, const SampleGrid& grid, RadiusField& field) {
+  struct Candidate {
+    GridCell cell;
+    double radius = 0.0;
+  };
+  std::vector<Candidate> candidates;
+  const std::vector<std::ptrdiff_t> wide = StepsAround(field, 2);
   for (std::size_t row = 0; row < grid.rows(); ++row) {
+    const double* radii = field.Row(row);
     for (std::size_t column = 0; column < grid.columns(); ++column) {
-      const auto radius = all.At(static_cast<std::ptrdiff_t>(row), column);
-      if (!radius) continue;
-      std::vector<double> around = all.Around(row, column, 2);
-      const bool alone = around.size() < 4;
-      if (alone || Beyond(around, 1, *radius) > options.outlier_candidate_mm) candidates.push_back({row, column});
+      const double* cell = radii + column;
+      if (std::isnan(*cell) || HasCompany(cell, wide, {4, 2, options.outlier_candidate_mm})) continue;
+      candidates.push_back({{row, column}, *cell});
     }
   }
   // A candidate is confirmed against its neighbours that are not candidates: an edge has company, an outlier has not.
-  std::vector<SampleVerdict> without_candidates = verdicts;
-  for (const auto& [row, column] : candidates) without_candidates[grid.At(row, column)] = SampleVerdict::kOutlier;
-  const GoodRadius sure(samples, grid, without_candidates);
-  for (const auto& [row, column] : candidates) {
-    const std::size_t k = grid.At(row, column);
-    std::vector<double> around = sure.Around(row, column, 1);
-    const bool confirmed = around.empty() || Beyond(around, 0, samples[k].radius) > options.outlier_confirm_mm;
-    if (confirmed) verdicts[k] = SampleVerdict::kOutlier;
+  for (const Candidate& c : candidates) field.Remove(c.cell);
+  const std::vector<std::ptrdiff_t> narrow = StepsAround(field, 1);
+  std::vector<GridCell> outliers;
+  std::vector<Candidate> cleared;
+  for (const Candidate& c : candidates) {
+    field.Set(c.cell, c.radius);
+    const bool has_company = HasCompany(field.At(c.cell), narrow, {1, 1, options.outlier_confirm_mm});
+    field.Remove(c.cell);
+    if (has_company) {
+      cleared.push_back(c);
+    } else {
+      outliers.push_back(c.cell);
+    }
   }
+  for (const Candidate& c : cleared) field.Set(c.cell, c.radius);
+  return outliers;
+}
+
+/// The good returns of one row, in order.
+struct GoodReturns {
+  std::vector<std::size_t> columns;
+  std::vector<double> radii;
+};
+
+GoodReturns GoodReturnsOf(const RadiusField& field, const SampleGrid& grid, std::size_t row) {
+  GoodReturns good;
+  const double* radii = field.Row(row);
+  for (std::size_t column = 0; column < grid.columns(); ++column) {
+    if (std::isnan(radii[column])) continue;
+    good.columns.push_back(column);
+    good.radii.push_back(radii[column]);
+  }
+  return good;
 }
 
 /// A run of columns of one row that stands before both its sides.
 struct Run {
-  std::size_t row = 0;
-  std::size_t first = 0;  ///< Position in the list of good columns.
+  std::size_t first = 0;  ///< Position in the list of good returns.
   std::size_t length = 0;
 };
 
-/// Columns of a row that hold good samples, in order.
-std::vector<std::size_t> GoodColumns(const GoodRadius& good, const SampleGrid& grid, std::size_t row) {
-  std::vector<std::size_t> columns;
-  for (std::size_t c = 0; c < grid.columns(); ++c) {
-    if (good.At(static_cast<std::ptrdiff_t>(row), c)) columns.push_back(c);
-  }
-  return columns;
-}
-
-std::vector<Run> ForegroundRuns(const GoodRadius& good, const SampleGrid& grid, std::size_t row,
-                                const ScreeningOptions& options) {
-  const std::vector<std::size_t> columns = GoodColumns(good, grid, row);
-  const std::size_t n = columns.size();
+std::vector<Run> ForegroundRuns(const GoodReturns& good, const SampleGrid& grid, const ScreeningOptions& options) {
+  const std::size_t n = good.columns.size();
   std::vector<Run> runs;
   if (n < 8) return runs;
-  const auto radius = [&](std::size_t k) { return *good.At(static_cast<std::ptrdiff_t>(row), columns[k % n]); };
+  double before = good.radii[n - 1];
   for (std::size_t start = 0; start < n; ++start) {
-    if (radius(start) - radius(start + n - 1) < options.foreground_step_mm) continue;  // no step up before it
+    const double rise = good.radii[start] - before;
+    before = good.radii[start];
+    if (rise < options.foreground_step_mm) continue;
     for (std::size_t length = 1; length < n / 2; ++length) {
-      const double step = radius(start + length) - radius(start + length - 1);
-      const double width =
-          WrapAngle(grid.column_theta(columns[(start + length - 1) % n]) - grid.column_theta(columns[start]));
+      const std::size_t last = (start + length - 1) % n;
+      const double step = good.radii[(start + length) % n] - good.radii[last];
+      const double width = WrapAngle(grid.column_theta(good.columns[last]) - grid.column_theta(good.columns[start]));
       if (width > options.foreground_width_rad || step > options.foreground_step_mm) break;
       if (step < -options.foreground_step_mm) {
-        runs.push_back({row, start, length});
+        runs.push_back({start, length});
         break;
       }
     }
@@ -112,60 +176,77 @@ std::vector<Run> ForegroundRuns(const GoodRadius& good, const SampleGrid& grid, 
   return runs;
 }
 
-/// Merges a run into the object it continues (same side, within `gap_mm` above the object's top), or starts a new one.
-void MergeRun(double z, double theta, std::size_t samples, double gap_mm, std::vector<ForegroundObject>& objects) {
-  for (ForegroundObject& object : objects) {
-    if (z - object.z_max <= gap_mm && std::abs(AngleDifference(theta, object.theta)) < 0.35) {
-      object.z_max = z;
-      object.theta = theta;
-      object.samples += samples;
-      return;
-    }
-  }
-  objects.push_back({z, z, theta, samples});
-}
+/// Foreground objects that grow as rows are added from below.
+class ObjectList {
+ public:
+  /// An object that ends more than `gap_mm` below a run is complete.
+  explicit ObjectList(double gap_mm) : gap_mm_(gap_mm) {}
 
-void MarkForeground(std::span<const SurfaceSample> samples, const SampleGrid& grid, const ScreeningOptions& options,
-                    Screening& screening) {
-  const std::vector<SampleVerdict> before = screening.verdicts;
-  const GoodRadius good(samples, grid, before);
-  const double pitch = grid.rows() > 1 ? (grid.row_z(grid.rows() - 1) - grid.row_z(0)) / double(grid.rows() - 1) : 1.0;
-  for (std::size_t row = 0; row < grid.rows(); ++row) {
-    const std::vector<std::size_t> columns = GoodColumns(good, grid, row);
-    for (const Run& run : ForegroundRuns(good, grid, row, options)) {
-      for (std::size_t k = 0; k < run.length; ++k) {
-        screening.verdicts[grid.At(row, columns[(run.first + k) % columns.size()])] = SampleVerdict::kForeground;
+  /// Merges a run into the object it continues (same side), or starts a new one. Rows must ascend.
+  void Add(double z, double theta, std::size_t samples) {
+    while (first_open_ < objects_.size() && z - objects_[first_open_].z_max > gap_mm_) ++first_open_;
+    for (std::size_t k = first_open_; k < objects_.size(); ++k) {
+      ForegroundObject& object = objects_[k];
+      if (z - object.z_max <= gap_mm_ && std::abs(AngleDifference(theta, object.theta)) < 0.35) {
+        object.z_max = z;
+        object.theta = theta;
+        object.samples += samples;
+        return;
       }
-      const std::size_t middle = columns[(run.first + run.length / 2) % columns.size()];
-      MergeRun(grid.row_z(row), grid.column_theta(middle), run.length, std::max(20.0, 4.0 * pitch),
-               screening.foreground);
+    }
+    objects_.push_back({z, z, theta, samples});
+  }
+
+  [[nodiscard]] std::vector<ForegroundObject> Take() { return std::move(objects_); }
+
+ private:
+  double gap_mm_;
+  std::vector<ForegroundObject> objects_;
+  std::size_t first_open_ = 0;
+};
+
+/// What stands before the main surface.
+struct Foreground {
+  std::vector<ForegroundObject> objects;
+  std::vector<GridCell> cells;
+};
+
+Foreground FindForeground(const SampleGrid& grid, const ScreeningOptions& options, const RadiusField& field) {
+  const double pitch = grid.rows() > 1 ? (grid.row_z(grid.rows() - 1) - grid.row_z(0)) / double(grid.rows() - 1) : 1.0;
+  ObjectList objects(std::max(20.0, 4.0 * pitch));
+  Foreground foreground;
+  for (std::size_t row = 0; row < grid.rows(); ++row) {
+    const GoodReturns good = GoodReturnsOf(field, grid, row);
+    for (const Run& run : ForegroundRuns(good, grid, options)) {
+      const auto column = [&](std::size_t k) { return good.columns[(run.first + k) % good.columns.size()]; };
+      for (std::size_t k = 0; k < run.length; ++k) foreground.cells.push_back({row, column(k)});
+      objects.Add(grid.row_z(row), grid.column_theta(column(run.length / 2)), run.length);
     }
   }
+  foreground.objects = objects.Take();
+  return foreground;
 }
 
 /// A level on which the run was not seen whole (a dropout or an outlier at its end) still belongs to the object:
 /// returns that have foreground at a like radius on two sides are foreground too. One cell only: the shoulder is not
-/// eaten away.
-void CloseForeground(std::span<const SurfaceSample> samples, const SampleGrid& grid, const ScreeningOptions& options,
-                     std::vector<SampleVerdict>& verdicts) {
-  const std::vector<SampleVerdict> before = verdicts;
-  const auto rows = static_cast<std::ptrdiff_t>(grid.rows());
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    for (std::size_t column = 0; column < grid.columns(); ++column) {
-      const std::size_t k = grid.At(static_cast<std::size_t>(row), column);
-      if (k == SampleGrid::kNone || before[k] != SampleVerdict::kGood) continue;
-      int like = 0;
-      for (std::ptrdiff_t dr = -1; dr <= 1; ++dr) {
-        for (std::ptrdiff_t dc = -1; dc <= 1; ++dc) {
-          if (row + dr < 0 || row + dr >= rows) continue;
-          const std::size_t other = grid.At(static_cast<std::size_t>(row + dr), grid.Column(column, dc));
-          if (other == SampleGrid::kNone || before[other] != SampleVerdict::kForeground) continue;
-          if (std::abs(samples[other].radius - samples[k].radius) < 0.5 * options.foreground_step_mm) ++like;
-        }
+/// eaten away. `field` holds what is not foreground.
+std::vector<GridCell> CloseForeground(std::span<const SurfaceSample> samples, const SampleGrid& grid,
+                                      const ScreeningOptions& options, const Foreground& foreground,
+                                      const RadiusField& field) {
+  std::vector<std::uint8_t> like(grid.rows() * grid.columns(), 0);
+  std::vector<GridCell> closed;
+  for (const GridCell& cell : foreground.cells) {
+    const double radius = samples[grid.At(cell.row, cell.column)].radius;
+    for (std::size_t row = cell.row - std::min<std::size_t>(cell.row, 1);
+         row <= std::min(cell.row + 1, grid.rows() - 1); ++row) {
+      for (std::ptrdiff_t dc = -1; dc <= 1; ++dc) {
+        const GridCell other{row, grid.Column(cell.column, dc)};
+        if (!(std::abs(radius - *field.At(other)) < 0.5 * options.foreground_step_mm)) continue;
+        if (++like[other.row * grid.columns() + other.column] == 2) closed.push_back(other);
       }
-      if (like >= 2) verdicts[k] = SampleVerdict::kForeground;
     }
   }
+  return closed;
 }
 
 double MedianOf(std::vector<double>& values) {
@@ -179,47 +260,55 @@ double MedianOf(std::vector<double>& values) {
 Screening ScreenSamples(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                         const ScreeningOptions& options) {
   Screening screening;
-  screening.verdicts.assign(samples.size(), SampleVerdict::kGood);
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (!IsUsable(samples[k])) screening.verdicts[k] = SampleVerdict::kOutlier;
+  screening.verdicts.assign(samples.size(), SampleVerdict::kOutlier);  // what the grid does not hold
+  for (std::size_t row = 0; row < grid.rows(); ++row) {
+    for (std::size_t column = 0; column < grid.columns(); ++column) {
+      const std::size_t k = grid.At(row, column);
+      if (k != SampleGrid::kNone) screening.verdicts[k] = SampleVerdict::kGood;
+    }
   }
+  RadiusField field(samples, grid, screening.verdicts);
+  const auto mark = [&](const std::vector<GridCell>& cells, SampleVerdict verdict) {
+    for (const GridCell& cell : cells) {
+      screening.verdicts[grid.At(cell.row, cell.column)] = verdict;
+      field.Remove(cell);
+    }
+  };
   // Two outliers near each other vouch for each other until one of them is gone: look again.
   constexpr int kMaxPasses = 4;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    const std::vector<SampleVerdict> before = screening.verdicts;
-    MarkOutliers(samples, grid, options, screening.verdicts);
-    if (screening.verdicts == before) break;
+    const std::vector<GridCell> outliers = TakeOutliers(options, grid, field);
+    mark(outliers, SampleVerdict::kOutlier);
+    if (outliers.empty()) break;
   }
-  MarkForeground(samples, grid, options, screening);
-  if (!screening.foreground.empty()) {
-    CloseForeground(samples, grid, options, screening.verdicts);
-    MarkOutliers(samples, grid, options, screening.verdicts);  // what is left of an object's edge now stands alone
+  Foreground foreground = FindForeground(grid, options, field);
+  if (!foreground.cells.empty()) {
+    mark(foreground.cells, SampleVerdict::kForeground);
+    mark(CloseForeground(samples, grid, options, foreground, field), SampleVerdict::kForeground);
+    mark(TakeOutliers(options, grid, field), SampleVerdict::kOutlier);  // what is left of an object's edge stands alone
   }
+  screening.foreground = std::move(foreground.objects);
   return screening;
 }
 
 double EstimateNoise(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                      std::span<const SampleVerdict> verdicts) {
-  const GoodRadius good(samples, grid, verdicts);
-  std::vector<double> along_row;
-  std::vector<double> along_column;
-  for (std::size_t row = 0; row < grid.rows(); ++row) {
-    const auto signed_row = static_cast<std::ptrdiff_t>(row);
-    for (std::size_t column = 0; column < grid.columns(); ++column) {
-      const auto centre = good.At(signed_row, column);
-      if (!centre) continue;
-      const auto left = good.At(signed_row, grid.Column(column, -1));
-      const auto right = good.At(signed_row, grid.Column(column, 1));
-      if (left && right) along_row.push_back(std::abs(*left - 2.0 * *centre + *right) / std::sqrt(6.0));
-      const auto below = good.At(signed_row - 1, column);
-      const auto above = good.At(signed_row + 1, column);
-      if (below && above) along_column.push_back(std::abs(*below - 2.0 * *centre + *above) / std::sqrt(6.0));
-    }
-  }
   constexpr std::size_t kEnough = 30;
+  const RadiusField field(samples, grid, verdicts);
   double sigma = std::numeric_limits<double>::infinity();
-  if (along_row.size() >= kEnough) sigma = std::min(sigma, kMadToSigma * MedianOf(along_row));
-  if (along_column.size() >= kEnough) sigma = std::min(sigma, kMadToSigma * MedianOf(along_column));
+  std::vector<double> bends;
+  bends.reserve(grid.rows() * grid.columns());
+  for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, field.stride()}) {
+    bends.clear();
+    for (std::size_t row = 0; row < grid.rows(); ++row) {
+      const double* radii = field.Row(row);
+      for (const double* cell = radii; cell != radii + grid.columns(); ++cell) {
+        const double bend = std::abs(cell[-step] - 2.0 * *cell + cell[step]);  // sd: sqrt(6) that of the noise
+        if (!std::isnan(bend)) bends.push_back(bend);
+      }
+    }
+    if (bends.size() >= kEnough) sigma = std::min(sigma, kMadToSigma * (MedianOf(bends) / std::sqrt(6.0)));
+  }
   return std::isfinite(sigma) ? sigma : 0.0;
 }
 
