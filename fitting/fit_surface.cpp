@@ -10,6 +10,7 @@
 
 #include "fitting/cell_grid.h"
 #include "fitting/roughness.h"
+#include "fitting/smoothing_choice.h"
 #include "fitting/spline_system.h"
 
 namespace annulus {
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t kMinLevels = 8;
 constexpr std::size_t kMinSamples = 100;
+constexpr std::ptrdiff_t kReach = 3;
 constexpr double kSmallestNoise = 1e-3;  // mm; a scan without noise is fitted as if it had this much
 
 /// Seconds since it was made or last asked.
@@ -167,13 +169,38 @@ std::vector<char> MarkUnresolved(const FitInput& input, const SplineSystem& syst
   return marks;
 }
 
+/// Flags that also split the cells of the first `levels` levels under the functions of the next level that do not
+/// vanish at a marked cell of the finest level.
+RefinementFlags WithMarks(RefinementFlags flags, const HierarchicalSpline& basis, const std::vector<char>& marks,
+                          std::size_t levels) {
+  const auto fine_width = static_cast<std::ptrdiff_t>(basis.finest().theta_cells());
+  for (std::size_t level = 0; level < levels; ++level) {
+    const auto share = std::ptrdiff_t{1} << (basis.levels().size() - 1 - level);  // fine cells along one of this level
+    const auto width = static_cast<std::ptrdiff_t>(basis.levels()[level].theta_cells());
+    const auto height = static_cast<std::ptrdiff_t>(basis.levels()[level].z_cells());
+    for (std::size_t k = 0; k < marks.size(); ++k) {
+      if (marks[k] == 0) continue;
+      // The 4 × 4 functions of the next level over the mark reach kReach of its cells to either side.
+      const std::ptrdiff_t half_i = (static_cast<std::ptrdiff_t>(k) % fine_width) * 2 / share;
+      const std::ptrdiff_t half_j = (static_cast<std::ptrdiff_t>(k) / fine_width) * 2 / share;
+      for (std::ptrdiff_t j = (half_j - kReach + 4) / 2 - 2; j <= (half_j + kReach) / 2; ++j) {
+        if (j < 0 || j >= height) continue;
+        for (std::ptrdiff_t i = (half_i - kReach + 4) / 2 - 2; i <= (half_i + kReach) / 2; ++i) {
+          flags[level][static_cast<std::size_t>(j * width + (i % width + width) % width)] = 1;
+        }
+      }
+    }
+  }
+  return flags;
+}
+
 /// A solved smoothing problem and what the next stage needs of it.
 struct SolvedSystem {
   std::unique_ptr<const HierarchicalSpline> basis;
   std::unique_ptr<const SplineSystem> system;  ///< Borrows the basis.
-  Eigen::SparseMatrix<double> data;            ///< Upper triangle.
-  Eigen::SparseMatrix<double> penalty;         ///< Upper triangle.
-  std::unique_ptr<SparseFactor> factor;        ///< Of data + penalty.
+  std::shared_ptr<const EliminationTree> tree;
+  std::optional<FrontalCholesky> factor;
+  RoughnessWeights weights;
   Eigen::VectorXd coefficients;
 };
 
@@ -185,15 +212,13 @@ Result<SolvedSystem> Solve(const FitInput& input, std::unique_ptr<const Hierarch
                            const RoughnessWeights& weights) {
   SolvedSystem solved;
   solved.basis = std::move(basis);
-  solved.system = std::make_unique<const SplineSystem>(*solved.basis, input.samples, input.use, input.noise);
-  LeafForms forms = RoughnessForms(*solved.basis, input.cells, weights);
-  forms.Add(HoleForms(*solved.basis, input.cells), 1.0);
-  solved.penalty = forms.Assemble(*solved.basis);
-  AddRidge(solved.penalty);
-  solved.data = solved.system->DataForms({}).Assemble(*solved.basis);
-  solved.factor = std::make_unique<SparseFactor>(solved.data + solved.penalty);
-  if (solved.factor->info() != Eigen::Success) return FailSingular();
-  solved.coefficients = solved.factor->solve(solved.system->DataVector());
+  solved.system = std::make_unique<const SplineSystem>(*solved.basis,
+                                                       UsedSamples{input.samples, input.use, input.noise}, input.cells);
+  solved.weights = weights;
+  solved.tree = std::make_shared<const EliminationTree>(*solved.basis);
+  solved.factor = solved.system->Factor(solved.tree, weights, {});
+  if (!solved.factor) return FailSingular();
+  solved.coefficients = solved.factor->Solve(solved.system->WeightedTranspose(solved.system->Radii(), {}));
   if (!solved.coefficients.allFinite()) return FailSingular();
   return solved;
 }
@@ -207,10 +232,8 @@ std::unique_ptr<const HierarchicalSpline> TensorBasis(const CellGrid& cells, std
 
 /// Thin plate with the λ that cross-validation chooses on a tensor basis.
 Result<SmoothingChoice> ChooseThinPlate(const FitInput& input, const HierarchicalSpline& basis) {
-  const SplineSystem system(basis, input.samples, input.use, input.noise);
-  const LeafForms thin_plate =
-      RoughnessForms(basis, input.cells, ThinPlateWeights(input.cells, MeanRadius(system.rows()), 1.0));
-  return ChooseSmoothing(system, HoleForms(basis, input.cells), thin_plate);
+  const SplineSystem system(basis, {input.samples, input.use, input.noise}, input.cells);
+  return ChooseSmoothing(system, input.cells, MeanRadius(system.rows()));
 }
 
 /// One weight for the whole surface.
@@ -224,7 +247,7 @@ Result<SolvedSystem> SolveUniform(const FitInput& input, const FitOptions& optio
   const auto choice = ChooseThinPlate(input, *basis);
   if (!choice) return Fail(choice);
   lambda = choice->lambda;
-  const SplineSystem system(*basis, input.samples, input.use, input.noise);
+  const SplineSystem system(*basis, {input.samples, input.use, input.noise}, input.cells);
   const RoughnessWeights weights = ThinPlateWeights(input.cells, MeanRadius(system.rows()), lambda);
   return Solve(input, std::move(basis), weights);
 }
@@ -236,11 +259,8 @@ Result<SolvedSystem> SolveAdaptive(const FitInput& input, const TaskContext& con
   const std::size_t theta_count = std::clamp<std::size_t>((input.cells.columns() + 3) / 4, 6, kMaxCoarseTheta);
   const std::size_t z_intervals = std::clamp<std::size_t>((input.cells.rows() + 2) / 4, 2, kMaxCoarseZ);
 
-  const auto pilot_basis = TensorBasis(input.cells, theta_count, std::min<std::size_t>(z_intervals, 60));
-  const auto pilot = ChooseThinPlate(input, *pilot_basis);
-  if (!pilot) return Fail(pilot);
-  lambda = pilot->lambda;
-  const RoughnessWeights weights = LocalWeights(input.cells, pilot_basis->Surface(pilot->coefficients), input.noise);
+  lambda = 1.0;
+  const RoughnessWeights weights = LocalWeights(input.cells, input.noise);
 
   const std::vector<double> breakpoints = UniformBreakpoints(input.cells.z_min(), input.cells.z_max(), z_intervals);
   RefinementFlags flags{std::vector<char>(theta_count * z_intervals, 0),
@@ -252,8 +272,7 @@ Result<SolvedSystem> SolveAdaptive(const FitInput& input, const TaskContext& con
     if (!solved || pass + 1 == kPasses) return solved;
     const Eigen::VectorXd residuals = solved->system->Residuals(solved->coefficients);
     const std::vector<char> marks = MarkUnresolved(input, *solved->system, residuals);
-    flags = solved->basis->WithMarks(0, marks);
-    if (pass > 0) flags = HierarchicalSpline(theta_count, breakpoints, flags).WithMarks(1, marks);
+    flags = WithMarks(std::move(flags), *solved->basis, marks, pass + 1);
   }
 }
 
@@ -303,20 +322,17 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
 
   context.Report("fitting", 0.8, 1.0);
   const std::vector<double> scales = LocalScales(input, system, system.Residuals(solved->coefficients));
-  PolishResult polish = RobustPolish(system, solved->penalty, *solved->factor, solved->coefficients, scales);
+  PolishResult polish = RobustPolish(system, *solved->factor, solved->coefficients, scales);
   if (!polish.coefficients.allFinite()) return FailSingular();
   const bool reweighted = std::any_of(polish.factors.begin(), polish.factors.end(), [](double f) { return f < 1.0; });
-  if (reweighted) solved->data = system.DataForms(polish.factors).Assemble(*solved->basis);
-  Eigen::SparseMatrix<double> normal_matrix = solved->data + solved->penalty;
-  if (reweighted) solved->factor->factorize(normal_matrix);
+  const std::span<const double> factors =
+      reweighted ? std::span<const double>(polish.factors) : std::span<const double>();
+  if (reweighted) solved->factor = system.Factor(solved->tree, solved->weights, factors);
+  if (!solved->factor) return FailSingular();
   // Twicing (Tukey 1977): the residuals, smoothed once more, are what the smoothing took off the corners.
-  Eigen::VectorXd left = system.Residuals(polish.coefficients);
-  for (std::size_t k = 0; k < system.rows().size(); ++k) {
-    left[static_cast<Eigen::Index>(k)] *=
-        polish.factors[k] * static_cast<double>(system.rows()[k].weight) / (input.noise * input.noise);
-  }
-  polish.coefficients += solved->factor->solve(system.Transpose(left));
-  summary.effective_parameters = EffectiveParameters(*solved->factor, solved->data);
+  polish.coefficients +=
+      solved->factor->Solve(system.WeightedTranspose(system.Residuals(polish.coefficients), factors));
+  summary.effective_parameters = EffectiveParameters(system, *solved->factor, factors);
   summary.times.polish_s = watch.Lap();
 
   context.Report("fitting", 0.95, 1.0);
@@ -338,7 +354,7 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   SurfaceSegment segment{"body",
                          solved->basis->Surface(polish.coefficients),
                          KnowledgeMap(),
-                         std::move(normal_matrix),
+                         system.NormalMatrix(solved->weights, factors),
                          std::move(solved->basis),
                          std::move(polish.coefficients)};
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);

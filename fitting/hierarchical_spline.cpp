@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 
 #include "base/ensure.h"
 
 namespace annulus {
 namespace {
-
-using SparseRow = HierarchicalSpline::SparseRow;
-using Rows = HierarchicalSpline::Rows;
 
 std::vector<double> Halved(const std::vector<double>& breakpoints) {
   std::vector<double> fine;
@@ -55,31 +51,13 @@ std::vector<char> Children(const SplineLevel& level, const std::vector<char>& fl
   return fine;
 }
 
-void AddScaled(SparseRow& sum, const SparseRow& row, double factor) {
-  for (const auto& [index, weight] : row) sum.emplace_back(index, factor * weight);
-}
-
-/// Sorts by index and adds up equal ones.
-void Compress(SparseRow& row) {
-  std::sort(row.begin(), row.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::size_t kept = 0;
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    if (kept > 0 && row[kept - 1].first == row[k].first) {
-      row[kept - 1].second += row[k].second;
-    } else {
-      row[kept++] = row[k];
-    }
-  }
-  row.resize(kept);
-}
-
-/// Weights of periodic subdivision: fine spline 2k (centred on coarse knot k) and 2k + 1 (between).
-std::vector<RefinementEntry> PeriodicWeights(std::size_t fine, std::size_t coarse_count) {
+/// Weights of periodic subdivision: fine spline 2k (centred on coarse knot k) and 2k + 1 (between; the last weight is
+/// 0).
+std::array<RefinementEntry, 3> PeriodicWeights(std::size_t fine, std::size_t coarse_count) {
   const std::size_t k = fine / 2;
-  if (fine % 2 == 0) {
-    return {{(k + coarse_count - 1) % coarse_count, 0.125}, {k, 0.75}, {(k + 1) % coarse_count, 0.125}};
-  }
-  return {{k, 0.5}, {(k + 1) % coarse_count, 0.5}};
+  const std::size_t next = (k + 1) % coarse_count;
+  if (fine % 2 == 0) return {{{(k + coarse_count - 1) % coarse_count, 0.125}, {k, 0.75}, {next, 0.125}}};
+  return {{{k, 0.5}, {next, 0.5}, {next, 0.0}}};
 }
 
 }  // namespace
@@ -124,95 +102,167 @@ HierarchicalSpline::HierarchicalSpline(std::size_t theta_count, const std::vecto
                                        RefinementFlags flags)
     : flags_(std::move(flags)) {
   levels_.push_back({PeriodicCubicBasis(theta_count), ClampedCubicBasis(z_breakpoints)});
-  std::vector<std::vector<char>> domain;  // of every level, as flags over its own cells; nested by force
-  domain.emplace_back(levels_[0].theta_cells() * levels_[0].z_cells(), char{1});
-  for (std::size_t l = 0; l < flags_.size(); ++l) {
-    ENSURE(flags_[l].size() == domain[l].size(), "one flag per cell");
-    for (std::size_t k = 0; k < flags_[l].size(); ++k) flags_[l][k] = flags_[l][k] != 0 && domain[l][k] != 0 ? 1 : 0;
-    domain.push_back(Children(levels_[l], flags_[l]));
+  std::vector<char> domain(levels_[0].theta_cells() * levels_[0].z_cells(), 1);  // of a level, nested by force
+  for (std::size_t l = 0; l <= flags_.size(); ++l) {
+    if (l < flags_.size()) {
+      ENSURE(flags_[l].size() == domain.size(), "one flag per cell");
+      for (std::size_t k = 0; k < domain.size(); ++k) flags_[l][k] = flags_[l][k] != 0 && domain[k] != 0 ? 1 : 0;
+    }
+    DecideFates(l, domain);
+    if (l == flags_.size()) break;
+    domain = Children(levels_[l], flags_[l]);
     SplineLevel finer{PeriodicCubicBasis(2 * levels_[l].theta_cells()),
                       ClampedCubicBasis(Halved(levels_[l].z.breakpoints()))};
     levels_.push_back(std::move(finer));
   }
-
-  std::vector<Rows> rows;
-  for (std::size_t l = 0; l < levels_.size(); ++l) rows.push_back(RowsOfLevel(l, domain[l], rows));
-  std::vector<Eigen::Triplet<double>> triplets;
-  for (std::size_t k = 0; k < rows.back().size(); ++k) {
-    for (const auto& [index, weight] : rows.back()[k]) {
-      triplets.emplace_back(static_cast<int>(k), static_cast<int>(index), weight);
-    }
-  }
-  fine_from_active_.resize(static_cast<Eigen::Index>(rows.back().size()), static_cast<Eigen::Index>(size_));
-  fine_from_active_.setFromTriplets(triplets.begin(), triplets.end());
-  BuildLeaves(rows);
+  BuildLeaves();
 }
 
-Rows HierarchicalSpline::RowsOfLevel(std::size_t l, const std::vector<char>& domain, const std::vector<Rows>& coarser) {
+void HierarchicalSpline::DecideFates(std::size_t l, const std::vector<char>& domain) {
   const SplineLevel& level = levels_[l];
   const std::size_t width = level.theta.count();
-  const auto z_weights =
-      l > 0 ? RefinementWeights(levels_[l - 1].z, level.z) : std::vector<std::vector<RefinementEntry>>();
-  Rows rows(width * level.z.count());
+  Fates fates(width * level.z.count(), kCoarser);
   for (std::size_t j = 0; j < level.z.count(); ++j) {
     for (std::size_t i = 0; i < width; ++i) {
-      SparseRow& row = rows[j * width + i];
-      if (AllUnder(level, domain, i, j)) {
-        // Kraft's selection: active unless finer functions replace it. Truncation: coarser functions have no weight
-        // here.
-        const bool replaced = l < flags_.size() && AllUnder(level, flags_[l], i, j);
-        if (!replaced) row.emplace_back(static_cast<std::uint32_t>(size_++), 1.0);
-        continue;
-      }
-      for (const RefinementEntry& up : z_weights[j]) {
-        for (const RefinementEntry& around : PeriodicWeights(i, width / 2)) {
-          AddScaled(row, coarser[l - 1][up.coarse * (width / 2) + around.coarse], up.weight * around.weight);
-        }
-      }
-      Compress(row);
+      if (!AllUnder(level, domain, i, j)) continue;
+      // Kraft's selection: active unless finer functions replace it.
+      const bool replaced = l < flags_.size() && AllUnder(level, flags_[l], i, j);
+      fates[j * width + i] = replaced ? kReplaced : static_cast<std::int32_t>(size_++);
     }
   }
-  return rows;
+  fates_.push_back(std::move(fates));
 }
 
-void HierarchicalSpline::BuildLeaves(const std::vector<Rows>& rows) {
+/// Collects the leaves of all levels. Remembers how the functions of a level are made of active ones.
+class HierarchicalSpline::LeafBuilder {
+ public:
+  explicit LeafBuilder(const HierarchicalSpline& spline) : spline_(spline), rows_(spline.levels_.size()) {
+    for (std::size_t l = 0; l < rows_.size(); ++l) {
+      rows_[l].resize(spline.fates_[l].size());
+      z_weights_.push_back(l == 0 ? std::vector<std::vector<RefinementEntry>>()
+                                  : RefinementWeights(spline.levels_[l - 1].z, spline.levels_[l].z));
+    }
+    column_.assign(spline.size_, kNoColumn);
+  }
+
+  /// Appends the leaf over a cell to the pools of the spline that is being built.
+  void Append(std::size_t l, std::size_t theta_cell, std::size_t z_cell, HierarchicalSpline& spline) {
+    const std::size_t width = spline.levels_[l].theta_cells();
+    SplineLeaf leaf;
+    leaf.theta_cell = static_cast<std::uint32_t>(theta_cell);
+    leaf.z_cell = static_cast<std::uint32_t>(z_cell);
+    leaf.level = static_cast<std::uint8_t>(l);
+    leaf.first = static_cast<std::uint32_t>(spline.active_.size());
+    leaf.plain = true;
+    std::array<std::size_t, 16> local{};  // theta i-1 … i+2, z j … j+3
+    for (std::size_t k = 0; k < 16; ++k) {
+      local[k] = (z_cell + k / 4) * width + (theta_cell + width - 1 + k % 4) % width;
+      leaf.plain = leaf.plain && spline.fates_[l][local[k]] >= 0;
+    }
+    if (leaf.plain) {
+      for (const std::size_t f : local) spline.active_.push_back(static_cast<std::uint32_t>(spline.fates_[l][f]));
+    } else {
+      AppendMixed(l, local, spline);
+    }
+    const std::size_t count = spline.active_.size() - leaf.first;
+    leaf.count = static_cast<std::uint16_t>(count);
+    leaf.extraction_first = static_cast<std::uint32_t>(spline.extraction_.size() - (leaf.plain ? 0 : 16 * count));
+    spline.leaves_.push_back(leaf);
+  }
+
+ private:
+  using Entry = std::pair<std::uint32_t, double>;  ///< Active index and weight.
+  struct Row {
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+    bool known = false;
+  };
+  static constexpr std::uint32_t kNoColumn = ~std::uint32_t{0};
+
+  void AppendMixed(std::size_t l, const std::array<std::size_t, 16>& local, HierarchicalSpline& spline) {
+    const std::size_t first = spline.active_.size();
+    std::array<Row, 16> rows;
+    for (std::size_t k = 0; k < 16; ++k) {
+      rows[k] = RowOf(l, local[k]);
+      for (std::uint32_t e = 0; e < rows[k].count; ++e) {
+        const std::uint32_t index = entries_[rows[k].first + e].first;
+        if (column_[index] != kNoColumn) continue;
+        column_[index] = 0;
+        spline.active_.push_back(index);
+      }
+    }
+    const auto begin = spline.active_.begin() + static_cast<std::ptrdiff_t>(first);
+    std::sort(begin, spline.active_.end());
+    const std::size_t count = spline.active_.size() - first;
+    for (std::size_t k = 0; k < count; ++k) column_[spline.active_[first + k]] = static_cast<std::uint32_t>(k);
+    const std::size_t matrix = spline.extraction_.size();
+    spline.extraction_.resize(matrix + 16 * count, 0.0);
+    for (std::size_t k = 0; k < 16; ++k) {
+      for (std::uint32_t e = 0; e < rows[k].count; ++e) {
+        const auto& [index, weight] = entries_[rows[k].first + e];
+        spline.extraction_[matrix + 16 * column_[index] + k] = weight;
+      }
+    }
+    for (std::size_t k = 0; k < count; ++k) column_[spline.active_[first + k]] = kNoColumn;
+  }
+
+  /// Weights of the active coefficients on function f of level l.
+  Row RowOf(std::size_t l, std::size_t f) {
+    Row& known = rows_[l][f];
+    if (known.known) return known;
+    std::vector<Entry> sum;
+    const std::int32_t fate = spline_.fates_[l][f];
+    if (fate >= 0) {
+      sum.emplace_back(static_cast<std::uint32_t>(fate), 1.0);
+    } else if (fate == kCoarser) {
+      const std::size_t width = spline_.levels_[l].theta_cells();
+      for (const RefinementEntry& up : z_weights_[l][f / width]) {
+        for (const RefinementEntry& around : PeriodicWeights(f % width, width / 2)) {
+          const Row row = RowOf(l - 1, up.coarse * (width / 2) + around.coarse);
+          for (std::uint32_t e = 0; e < row.count; ++e) {
+            const auto& [index, weight] = entries_[row.first + e];
+            const double share = up.weight * around.weight * weight;
+            if (share == 0.0) continue;
+            const auto same =
+                std::find_if(sum.begin(), sum.end(), [&, i = index](const Entry& s) { return s.first == i; });
+            if (same == sum.end()) {
+              sum.emplace_back(index, share);
+            } else {
+              same->second += share;
+            }
+          }
+        }
+      }
+    }
+    known = {static_cast<std::uint32_t>(entries_.size()), static_cast<std::uint32_t>(sum.size()), true};
+    entries_.insert(entries_.end(), sum.begin(), sum.end());
+    return known;
+  }
+
+  const HierarchicalSpline& spline_;
+  std::vector<std::vector<Row>> rows_;
+  std::vector<Entry> entries_;
+  std::vector<std::vector<std::vector<RefinementEntry>>> z_weights_;
+  std::vector<std::uint32_t> column_;  ///< Of an active coefficient in the leaf at hand.
+};
+
+void HierarchicalSpline::BuildLeaves() {
   const std::size_t fine_width = finest().theta_cells();
   leaf_of_fine_cell_.assign(fine_width * finest().z_cells(), 0);
-  std::vector<std::size_t> column(size_, 0);
+  LeafBuilder builder(*this);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
-    const SplineLevel& level = levels_[l];
-    const std::size_t width = level.theta_cells();
+    const std::size_t width = levels_[l].theta_cells();
     const std::size_t share = std::size_t{1} << (levels_.size() - 1 - l);  // fine cells along a side
-    for (std::size_t j = 0; j < level.z_cells(); ++j) {
+    for (std::size_t j = 0; j < levels_[l].z_cells(); ++j) {
       for (std::size_t i = 0; i < width; ++i) {
         const bool lives = l == 0 || flags_[l - 1][(j / 2) * (width / 2) + i / 2] != 0;
         const bool split = l < flags_.size() && flags_[l][j * width + i] != 0;
         if (!lives || split) continue;
-        SplineLeaf leaf{
-            static_cast<std::uint8_t>(l), static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j), {}, {}};
-        // Local functions: theta i-1 … i+2, z j … j+3.
-        std::array<const SparseRow*, 16> local{};
-        for (std::size_t b = 0; b < 4; ++b) {
-          for (std::size_t a = 0; a < 4; ++a) {
-            local[4 * b + a] = &rows[l][(j + b) * width + (i + width - 1 + a) % width];
-            for (const auto& entry : *local[4 * b + a]) leaf.active.push_back(entry.first);
-          }
-        }
-        std::sort(leaf.active.begin(), leaf.active.end());
-        leaf.active.erase(std::unique(leaf.active.begin(), leaf.active.end()), leaf.active.end());
-        for (std::size_t k = 0; k < leaf.active.size(); ++k) column[leaf.active[k]] = k;
-        leaf.extraction.setZero(static_cast<Eigen::Index>(leaf.active.size()), 16);
-        for (std::size_t k = 0; k < 16; ++k) {
-          for (const auto& [index, weight] : *local[k]) {
-            leaf.extraction(static_cast<Eigen::Index>(column[index]), static_cast<Eigen::Index>(k)) = weight;
-          }
-        }
         for (std::size_t y = j * share; y < (j + 1) * share; ++y) {
-          for (std::size_t x = i * share; x < (i + 1) * share; ++x) {
-            leaf_of_fine_cell_[y * fine_width + x] = static_cast<std::uint32_t>(leaves_.size());
-          }
+          std::fill_n(leaf_of_fine_cell_.begin() + static_cast<std::ptrdiff_t>(y * fine_width + i * share), share,
+                      static_cast<std::uint32_t>(leaves_.size()));
         }
-        leaves_.push_back(std::move(leaf));
+        builder.Append(l, i, j, *this);
       }
     }
   }
@@ -222,48 +272,83 @@ std::size_t HierarchicalSpline::LeafAt(double theta, double z) const {
   return leaf_of_fine_cell_[finest().z.Interval(z) * finest().theta_cells() + finest().theta.Interval(theta)];
 }
 
+Eigen::Matrix<double, 16, 1> HierarchicalSpline::Local(const SplineLeaf& leaf, const Eigen::VectorXd& active) const {
+  Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
+  const std::span<const std::uint32_t> indices = Active(leaf);
+  if (leaf.plain) {
+    for (std::size_t k = 0; k < 16; ++k) {
+      local[static_cast<Eigen::Index>(k)] = active[static_cast<Eigen::Index>(indices[k])];
+    }
+    return local;
+  }
+  const Extraction extraction = ExtractionOf(leaf);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    local += active[static_cast<Eigen::Index>(indices[k])] * extraction.col(static_cast<Eigen::Index>(k));
+  }
+  return local;
+}
+
 std::vector<CoefficientWeight> HierarchicalSpline::ActiveRow(double theta, double z) const {
   const SplineLeaf& leaf = leaves_[LeafAt(theta, z)];
   const SplineLevel& level = levels_[leaf.level];
   const CubicBasis around = level.theta.InInterval(leaf.theta_cell, theta);
   const CubicBasis up = level.z.InInterval(leaf.z_cell, z);
   Eigen::Matrix<double, 16, 1> local;
-  for (std::size_t b = 0; b < 4; ++b) {
-    for (std::size_t a = 0; a < 4; ++a) local[static_cast<Eigen::Index>(4 * b + a)] = up.value[b] * around.value[a];
-  }
-  const Eigen::VectorXd weights = leaf.extraction * local;
+  for (std::size_t k = 0; k < 16; ++k) local[static_cast<Eigen::Index>(k)] = up.value[k / 4] * around.value[k % 4];
+  const std::span<const std::uint32_t> active = Active(leaf);
   std::vector<CoefficientWeight> row;
-  for (std::size_t k = 0; k < leaf.active.size(); ++k) {
-    row.push_back({leaf.active[k], weights[static_cast<Eigen::Index>(k)]});
+  for (std::size_t k = 0; k < active.size(); ++k) {
+    const auto index = static_cast<Eigen::Index>(k);
+    row.push_back({active[k], leaf.plain ? local[index] : ExtractionOf(leaf).col(index).dot(local)});
   }
   return row;
 }
 
 SplineSurface HierarchicalSpline::Surface(const Eigen::VectorXd& active) const {
-  return {finest().theta, finest().z, fine_from_active_ * active};
-}
-
-RefinementFlags HierarchicalSpline::WithMarks(std::size_t level, const std::vector<char>& marks) const {
-  RefinementFlags flags = flags_;
-  const std::size_t fine_width = finest().theta_cells();
-  const std::size_t share = std::size_t{1} << (levels_.size() - 1 - level);  // fine cells along a cell of `level`
-  const SplineLevel& own = levels_[level];
-  const std::size_t width = own.theta_cells();
-  for (std::size_t k = 0; k < marks.size(); ++k) {
-    if (marks[k] == 0) continue;
-    // The 4 × 4 functions of the next level over the mark reach 3 of its cells to either side: 2 cells of this level.
-    const auto half_i = static_cast<std::ptrdiff_t>((k % fine_width) * 2 / share);
-    const auto half_j = static_cast<std::ptrdiff_t>((k / fine_width) * 2 / share);
-    const auto floor_half = [](std::ptrdiff_t x) { return x >= 0 ? x / 2 : -((1 - x) / 2); };
-    for (std::ptrdiff_t j = floor_half(half_j - 3); j <= floor_half(half_j + 3); ++j) {
-      if (j < 0 || j >= static_cast<std::ptrdiff_t>(own.z_cells())) continue;
-      for (std::ptrdiff_t i = floor_half(half_i - 3); i <= floor_half(half_i + 3); ++i) {
-        const auto n = static_cast<std::ptrdiff_t>(width);
-        flags[level][static_cast<std::size_t>(j) * width + static_cast<std::size_t>((i % n + n) % n)] = 1;
+  Eigen::VectorXd coarse;
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const std::size_t width = levels_[l].theta_cells();
+    const auto z_weights =
+        l == 0 ? std::vector<std::vector<RefinementEntry>>() : RefinementWeights(levels_[l - 1].z, levels_[l].z);
+    Eigen::VectorXd level = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fates_[l].size()));
+    for (std::size_t f = 0; f < fates_[l].size(); ++f) {
+      double& value = level[static_cast<Eigen::Index>(f)];
+      if (fates_[l][f] >= 0) value = active[fates_[l][f]];
+      if (fates_[l][f] != kCoarser) continue;
+      for (const RefinementEntry& up : z_weights[f / width]) {
+        for (const RefinementEntry& around : PeriodicWeights(f % width, width / 2)) {
+          value +=
+              up.weight * around.weight * coarse[static_cast<Eigen::Index>(up.coarse * (width / 2) + around.coarse)];
+        }
       }
     }
+    coarse = std::move(level);
   }
-  return flags;
+  return {finest().theta, finest().z, std::move(coarse)};
+}
+
+Eigen::VectorXd HierarchicalSpline::ActiveGradient(const Eigen::VectorXd& tensor_gradient) const {
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size_));
+  Eigen::VectorXd level = tensor_gradient;
+  for (std::size_t l = levels_.size(); l-- > 0;) {
+    const std::size_t width = levels_[l].theta_cells();
+    const auto z_weights =
+        l == 0 ? std::vector<std::vector<RefinementEntry>>() : RefinementWeights(levels_[l - 1].z, levels_[l].z);
+    Eigen::VectorXd coarse = Eigen::VectorXd::Zero(l == 0 ? 0 : static_cast<Eigen::Index>(fates_[l - 1].size()));
+    for (std::size_t f = 0; f < fates_[l].size(); ++f) {
+      const double value = level[static_cast<Eigen::Index>(f)];
+      if (fates_[l][f] >= 0) gradient[fates_[l][f]] += value;
+      if (fates_[l][f] != kCoarser || value == 0.0) continue;
+      for (const RefinementEntry& up : z_weights[f / width]) {
+        for (const RefinementEntry& around : PeriodicWeights(f % width, width / 2)) {
+          coarse[static_cast<Eigen::Index>(up.coarse * (width / 2) + around.coarse)] +=
+              up.weight * around.weight * value;
+        }
+      }
+    }
+    level = std::move(coarse);
+  }
+  return gradient;
 }
 
 }  // namespace annulus

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,22 +26,24 @@ struct SplineLevel {
 /// next. Cell (i, j) at j·theta_cells + i. A cell may be split only where its own level lives.
 using RefinementFlags = std::vector<std::vector<char>>;
 
-/// A piece on which the surface is one bicubic polynomial of its level, and the active coefficients that shape it:
-/// local B-spline coefficients (4 × 4, theta fastest) = extractionᵀ · active coefficients.
+/// A piece on which the surface is one bicubic polynomial of its level. It has 4 × 4 local B-spline coefficients (theta
+/// fastest); on a `plain` leaf they are active coefficients themselves, elsewhere sums of several.
 struct SplineLeaf {
-  std::uint8_t level = 0;
   std::uint32_t theta_cell = 0;
   std::uint32_t z_cell = 0;
-  std::vector<std::uint32_t> active;                     ///< Indices of active coefficients, ascending.
-  Eigen::Matrix<double, Eigen::Dynamic, 16> extraction;  ///< One row per entry of `active`.
+  std::uint32_t first = 0;  ///< Of its active coefficients in the spline's pool.
+  std::uint32_t extraction_first = 0;
+  std::uint16_t count = 0;  ///< Of its active coefficients, >= 1; 16 on a plain leaf.
+  std::uint8_t level = 0;
+  bool plain = false;
 };
 
 /// Truncated hierarchical cubic B-splines (Giannelli, Jüttler, Speleers 2012) over periodic theta × clamped z: a coarse
 /// tensor grid that is refined dyadically where asked. With one level it is the plain tensor product. Immutable.
 class HierarchicalSpline {
  public:
-  using SparseRow = std::vector<std::pair<std::uint32_t, double>>;  ///< Active index and weight.
-  using Rows = std::vector<SparseRow>;                              ///< One per function of a level, theta fastest.
+  /// Local coefficients as sums of active ones: local = extraction · active, one column per active coefficient.
+  using Extraction = Eigen::Map<const Eigen::Matrix<double, 16, Eigen::Dynamic>>;
 
   /// `theta_count` and `z_breakpoints` (uniform or not) are the coarsest level's; flags.size() + 1 levels.
   /// Requires theta_count >= 4 and flags of matching sizes; flags of cells outside their level's domain are dropped.
@@ -53,34 +55,47 @@ class HierarchicalSpline {
   /// Number of active coefficients.
   [[nodiscard]] std::size_t size() const { return size_; }
 
+  [[nodiscard]] const std::vector<SplineLeaf>& leaves() const { return leaves_; }
   /// The leaf that holds (theta, z).
   [[nodiscard]] std::size_t LeafAt(double theta, double z) const;
-  [[nodiscard]] const std::vector<SplineLeaf>& leaves() const { return leaves_; }
+  /// The active coefficients that shape a leaf: in the order of its local coefficients if it is plain, else ascending.
+  [[nodiscard]] std::span<const std::uint32_t> Active(const SplineLeaf& leaf) const {
+    return std::span(active_).subspan(leaf.first, leaf.count);
+  }
+  /// Requires a leaf that is not plain.
+  [[nodiscard]] Extraction ExtractionOf(const SplineLeaf& leaf) const {
+    return {extraction_.data() + leaf.extraction_first, 16, leaf.count};
+  }
+  /// The local coefficients of a leaf.
+  [[nodiscard]] Eigen::Matrix<double, 16, 1> Local(const SplineLeaf& leaf, const Eigen::VectorXd& active) const;
+
   /// The active coefficients that the radius at (theta, z) depends on, and by how much.
   [[nodiscard]] std::vector<CoefficientWeight> ActiveRow(double theta, double z) const;
 
-  /// The finest tensor grid's coefficients as a linear map of the active ones: exact.
-  [[nodiscard]] const Eigen::SparseMatrix<double, Eigen::RowMajor>& fine_from_active() const {
-    return fine_from_active_;
-  }
-  /// The surface with these active coefficients, as a tensor surface on the finest level.
+  /// The surface with these active coefficients, as a tensor surface on the finest level: exact.
   [[nodiscard]] SplineSurface Surface(const Eigen::VectorXd& active) const;
-
-  /// Flags that also let the next level act at every marked place: `marks` are cells of the finest level (theta
-  /// fastest). Splits all cells of `level` under the functions of level + 1 that do not vanish there.
-  [[nodiscard]] RefinementFlags WithMarks(std::size_t level, const std::vector<char>& marks) const;
+  /// Derivatives with respect to the active coefficients of something whose derivatives with respect to the finest
+  /// tensor surface's coefficients are given: the transpose of the linear map in Surface().
+  [[nodiscard]] Eigen::VectorXd ActiveGradient(const Eigen::VectorXd& tensor_gradient) const;
 
  private:
-  /// Weights of the active coefficients on every function of a level; gives the level's active functions their indices.
-  Rows RowsOfLevel(std::size_t l, const std::vector<char>& domain, const std::vector<Rows>& coarser);
-  void BuildLeaves(const std::vector<Rows>& rows);
+  /// What became of the functions of one level: index of the active coefficient, or one of the two below.
+  using Fates = std::vector<std::int32_t>;
+  static constexpr std::int32_t kReplaced = -1;  ///< Finer functions stand for it; it has no weight here (truncation).
+  static constexpr std::int32_t kCoarser = -2;   ///< Not within the level's domain: coarser functions go through it.
+
+  class LeafBuilder;
+  void DecideFates(std::size_t l, const std::vector<char>& domain);
+  void BuildLeaves();
 
   std::vector<SplineLevel> levels_;
   RefinementFlags flags_;
+  std::vector<Fates> fates_;  ///< One per level, theta fastest.
   std::size_t size_ = 0;
   std::vector<SplineLeaf> leaves_;
+  std::vector<std::uint32_t> active_;
+  std::vector<double> extraction_;
   std::vector<std::uint32_t> leaf_of_fine_cell_;
-  Eigen::SparseMatrix<double, Eigen::RowMajor> fine_from_active_;
 };
 
 /// The weights with which splines over `coarse` are sums of splines over `fine`: one row per fine spline. Every

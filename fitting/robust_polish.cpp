@@ -13,40 +13,38 @@ namespace {
 /// Where Huber's loss turns from square to linear, in local standard deviations.
 constexpr double kHuberWidth = 5.0;
 
-/// The robust cost as a function of y, with c = c0 + P⁻¹ L⁻ᵀ y and A = PᵀLLᵀP the system matrix at the start.
+/// The robust cost as a function of y, with c = c0 + A^{-1/2} y and A the system matrix at its quadratic solution c0:
+/// there the quadratic cost is its minimum plus ½‖y‖², and only samples in the linear part of the loss add to that.
 class RobustCost final : public ceres::FirstOrderFunction {
  public:
-  RobustCost(const SplineSystem& system, const Eigen::SparseMatrix<double>& penalty_upper, const SparseFactor& factor,
-             const Eigen::VectorXd& start, std::span<const double> scales)
-      : system_(system), penalty_(penalty_upper), factor_(factor), start_(start), scales_(scales) {}
+  RobustCost(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
+             std::span<const double> scales)
+      : system_(system), factor_(factor), start_(start), scales_(scales) {}
 
-  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const {
-    return start_ + factor_.permutationPinv() * Eigen::VectorXd(factor_.matrixU().solve(y));
-  }
+  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const { return start_ + factor_.SolveUpper(y); }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());
-    const Eigen::VectorXd c = Coefficients(y);
-    const Eigen::VectorXd penalty_times_c = penalty_.selfadjointView<Eigen::Upper>() * c;
-    const Eigen::VectorXd residuals = system_.Residuals(c);
-    Eigen::VectorXd slope(residuals.size());
-    double data_cost = 0.0;
+    const Eigen::VectorXd residuals = system_.Residuals(Coefficients(y));
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(residuals.size());
+    *cost = 0.5 * y.squaredNorm();
+    bool any = false;
     for (Eigen::Index k = 0; k < residuals.size(); ++k) {
       const auto index = static_cast<std::size_t>(k);
-      const SampleRow& row = system_.rows()[index];
       const double scale = system_.noise_sigma() * scales_[index];
       const double residual = residuals[k] / scale;
+      if (std::abs(residual) <= kHuberWidth) continue;
       std::array<double, 3> rho{};
       loss_.Evaluate(residual * residual, rho.data());
-      const double weight = static_cast<double>(row.weight) * scales_[index] * scales_[index];
-      data_cost += 0.5 * weight * rho[0];
-      slope[k] = -weight * rho[1] * residual / scale;
+      const double weight = static_cast<double>(system_.rows()[index].weight) * scales_[index] * scales_[index];
+      *cost += 0.5 * weight * (rho[0] - residual * residual);
+      slope[k] = -weight * (rho[1] - 1.0) * residual / scale;
+      any = true;
     }
-    *cost = data_cost + 0.5 * c.dot(penalty_times_c);
     if (gradient != nullptr) {
-      const Eigen::VectorXd gradient_c = system_.Transpose(slope) + penalty_times_c;
-      Eigen::Map<Eigen::VectorXd>(gradient, NumParameters()) =
-          factor_.matrixL().solve(Eigen::VectorXd(factor_.permutationP() * gradient_c));
+      Eigen::Map<Eigen::VectorXd> sum(gradient, NumParameters());
+      sum = y;
+      if (any) sum += factor_.SolveLower(system_.Transpose(slope));
     }
     return std::isfinite(*cost);
   }
@@ -54,8 +52,7 @@ class RobustCost final : public ceres::FirstOrderFunction {
   [[nodiscard]] int NumParameters() const override { return static_cast<int>(start_.size()); }
 
   /// rho' of every sample: its weight in the equivalent least-squares problem.
-  [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& c) const {
-    const Eigen::VectorXd residuals = system_.Residuals(c);
+  [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& residuals) const {
     std::vector<double> factors(scales_.size());
     for (std::size_t k = 0; k < factors.size(); ++k) {
       const double residual = residuals[static_cast<Eigen::Index>(k)] / (system_.noise_sigma() * scales_[k]);
@@ -68,8 +65,7 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
  private:
   const SplineSystem& system_;
-  const Eigen::SparseMatrix<double>& penalty_;
-  const SparseFactor& factor_;
+  const FrontalCholesky& factor_;
   const Eigen::VectorXd& start_;
   std::span<const double> scales_;
   ceres::HuberLoss loss_{kHuberWidth};
@@ -77,9 +73,9 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
 }  // namespace
 
-PolishResult RobustPolish(const SplineSystem& system, const Eigen::SparseMatrix<double>& penalty_upper,
-                          const SparseFactor& factor, const Eigen::VectorXd& start, std::span<const double> scales) {
-  auto* cost = new RobustCost(system, penalty_upper, factor, start, scales);
+PolishResult RobustPolish(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
+                          std::span<const double> scales) {
+  auto* cost = new RobustCost(system, factor, start, scales);
   const ceres::GradientProblem problem(cost);  // owns the cost
   ceres::GradientProblemSolver::Options options;
   options.line_search_direction_type = ceres::LBFGS;
@@ -93,7 +89,7 @@ PolishResult RobustPolish(const SplineSystem& system, const Eigen::SparseMatrix<
 
   PolishResult result;
   result.coefficients = summary.IsSolutionUsable() ? cost->Coefficients(y) : start;
-  result.factors = cost->Factors(result.coefficients);
+  result.factors = cost->Factors(system.Residuals(result.coefficients));
   result.cost_start = summary.initial_cost;
   result.cost_end = summary.final_cost;
   result.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);

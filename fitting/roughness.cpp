@@ -1,112 +1,233 @@
 #include "fitting/roughness.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace annulus {
 namespace {
 
-constexpr std::ptrdiff_t kHalf = 2;          // of the 5 × 5 window of the local quadratic
+constexpr std::size_t kHalf = 2;             // of the 5 × 5 window of the local quadratic
 constexpr double kVarianceInflation = 16.0;  // prior variance of a second difference over its local mean square
 constexpr double kSmallestBend = 0.10;       // mm; no cell is taken to be flatter than this
-constexpr double kHoleSlope = 3.0;           // mm per cell; prior sd of the slope where nothing was seen
 
-/// The local splines at one place.
-struct LocalBases {
-  std::size_t leaf = 0;
-  CubicBasis theta;
-  CubicBasis z;
-};
+/// A map over the cells with `margin` columns repeated at both ends of every row, so that windows need no wrapping.
+class CellMap {
+ public:
+  CellMap(const CellGrid& cells, std::size_t margin)
+      : columns_(cells.columns()), rows_(cells.rows()), margin_(margin), values_(rows_ * (columns_ + 2 * margin)) {}
 
-LocalBases BasesAt(const HierarchicalSpline& basis, double theta, double z) {
-  LocalBases at;
-  at.leaf = basis.LeafAt(theta, z);
-  const SplineLeaf& leaf = basis.leaves()[at.leaf];
-  const SplineLevel& level = basis.levels()[leaf.level];
-  at.theta = level.theta.InInterval(leaf.theta_cell, theta);
-  at.z = level.z.InInterval(leaf.z_cell, z);
-  return at;
-}
-
-/// Values on the cells: the mean of the samples, or the pilot where there is none.
-struct FilledCells {
-  std::vector<double> value;
-  std::vector<double> noise_variance;  ///< Of `value`, mm².
-};
-
-FilledCells Fill(const CellGrid& cells, const SplineSurface& pilot, double noise_sigma) {
-  FilledCells filled;
-  filled.value.resize(cells.columns() * cells.rows());
-  filled.noise_variance.assign(filled.value.size(), 0.0);
-  for (std::size_t row = 0; row < cells.rows(); ++row) {
-    for (std::size_t column = 0; column < cells.columns(); ++column) {
-      const std::size_t k = cells.Index(column, row);
-      const std::uint32_t count = cells.count(column, row);
-      filled.value[k] = count > 0 ? cells.mean(column, row) : pilot.Radius(cells.theta(column), cells.z(row));
-      if (count > 0) filled.noise_variance[k] = noise_sigma * noise_sigma / static_cast<double>(count);
+  [[nodiscard]] std::size_t columns() const { return columns_; }
+  [[nodiscard]] std::size_t rows() const { return rows_; }
+  /// Row r; its column c, −margin … columns + margin − 1, is [c].
+  [[nodiscard]] double* Row(std::size_t r) { return values_.data() + r * (columns_ + 2 * margin_) + margin_; }
+  [[nodiscard]] const double* Row(std::size_t r) const {
+    return values_.data() + r * (columns_ + 2 * margin_) + margin_;
+  }
+  /// Fills the margins from the columns.
+  void Wrap() {
+    for (std::size_t r = 0; r < rows_; ++r) {
+      double* row = Row(r);
+      for (std::size_t m = 1; m <= margin_; ++m) {
+        *(row - m) = row[columns_ - m];
+        row[columns_ + m - 1] = row[m - 1];
+      }
     }
   }
+
+ private:
+  std::size_t columns_;
+  std::size_t rows_;
+  std::size_t margin_;
+  std::vector<double> values_;
+};
+
+/// Values on the cells: the mean of the samples, or a bridge where there is none.
+struct FilledCells {
+  CellMap value;
+  CellMap noise_variance;  ///< Of `value`, mm²; 0 on bridges.
+};
+
+/// A value found on the way and how many cells ago.
+struct LastSeen {
+  double value = 0.0;
+  double distance = std::numeric_limits<double>::infinity();
+
+  void Step() { distance += 1.0; }
+};
+
+/// Gathers, for every empty cell, the nearest values before and after it in its row and its column, weighted by the
+/// inverse of their distance.
+class Bridges {
+ public:
+  explicit Bridges(const CellGrid& cells) : cells_(cells), sum_(cells, 0), weight_(cells, 0) {
+    const std::size_t columns = cells.columns();
+    const std::size_t rows = cells.rows();
+    for (std::size_t row = 0; row < rows; ++row) {
+      // Twice around, because it is a circle.
+      Walk({2 * columns, columns}, [&](std::size_t k) { return std::array{k % columns, row}; });
+      Walk({2 * columns, columns}, [&](std::size_t k) { return std::array{columns - 1 - k % columns, row}; });
+    }
+    for (std::size_t column = 0; column < columns; ++column) {
+      Walk({rows, 0}, [&](std::size_t k) { return std::array{column, k}; });
+      Walk({rows, 0}, [&](std::size_t k) { return std::array{column, rows - 1 - k}; });
+    }
+  }
+
+  [[nodiscard]] double At(std::size_t column, std::size_t row) const {
+    const double weight = weight_.Row(row)[column];
+    return weight > 0.0 ? sum_.Row(row)[column] / weight : 0.0;
+  }
+
+ private:
+  struct Steps {
+    std::size_t count = 0;
+    std::size_t idle = 0;  ///< The first steps only look.
+  };
+  template <class Place>
+  void Walk(const Steps& steps, Place place) {
+    LastSeen seen;
+    for (std::size_t k = 0; k < steps.count; ++k) {
+      const auto [column, row] = place(k);
+      seen.Step();
+      if (cells_.count(column, row) > 0) {
+        seen = {cells_.mean(column, row), 0.0};
+      } else if (k >= steps.idle && std::isfinite(seen.distance)) {
+        sum_.Row(row)[column] += seen.value / seen.distance;
+        weight_.Row(row)[column] += 1.0 / seen.distance;
+      }
+    }
+  }
+
+  const CellGrid& cells_;
+  CellMap sum_;
+  CellMap weight_;
+};
+
+FilledCells Fill(const CellGrid& cells, double noise_sigma) {
+  FilledCells filled{CellMap(cells, kHalf), CellMap(cells, kHalf)};
+  const Bridges bridges(cells);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      const std::uint32_t count = cells.count(column, row);
+      filled.value.Row(row)[column] = count > 0 ? cells.mean(column, row) : bridges.At(column, row);
+      if (count > 0) {
+        filled.noise_variance.Row(row)[column] = noise_sigma * noise_sigma / static_cast<double>(count);
+      }
+    }
+  }
+  filled.value.Wrap();
+  filled.noise_variance.Wrap();
   return filled;
 }
 
-/// Squares of the second differences of the local quadratic, with the variance that noise gives them taken off.
-std::vector<CellBend> SquaredBends(const CellGrid& cells, const FilledCells& filled) {
-  const auto columns = static_cast<std::ptrdiff_t>(cells.columns());
-  const auto rows = static_cast<std::ptrdiff_t>(cells.rows());
-  std::vector<CellBend> squares(filled.value.size());
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    const std::ptrdiff_t centre = std::clamp(row, kHalf, rows - 1 - kHalf);
-    for (std::ptrdiff_t column = 0; column < columns; ++column) {
-      CellBend bend;
-      CellBend variance;
-      for (std::ptrdiff_t dr = -kHalf; dr <= kHalf; ++dr) {
-        for (std::ptrdiff_t dc = -kHalf; dc <= kHalf; ++dc) {
-          const auto k = static_cast<std::size_t>((centre + dr) * columns + (column + dc + columns) % columns);
-          // Least squares over the window: y ≈ … + ½ uu·dc² + uv·dc·dr + ½ vv·dr².
-          const double uu = static_cast<double>(dc * dc - 2) / 35.0;
-          const double vv = static_cast<double>(dr * dr - 2) / 35.0;
-          const double uv = static_cast<double>(dc * dr) / 100.0;
-          bend.uu += uu * filled.value[k];
-          bend.vv += vv * filled.value[k];
-          bend.uv += uv * filled.value[k];
-          variance.uu += uu * uu * filled.noise_variance[k];
-          variance.vv += vv * vv * filled.noise_variance[k];
-          variance.uv += uv * uv * filled.noise_variance[k];
-        }
+/// One map per second difference.
+struct BendMaps {
+  CellMap uu;
+  CellMap vv;
+  CellMap uv;
+};
+
+/// Squares of the second differences of the local quadratic y ≈ … + ½ uu·x² + uv·x·y + ½ vv·y² over 5 × 5 cells, with
+/// the variance that noise gives them taken off.
+BendMaps SquaredBends(const CellGrid& cells, const FilledCells& filled) {
+  // Least squares: uu = Σ (x² − 2) v / 35, vv = Σ (y² − 2) v / 35, uv = Σ x y v / 100. First sums along rows.
+  constexpr std::array<double, 5> kBend{2.0, -1.0, -2.0, -1.0, 2.0};
+  constexpr std::array<double, 5> kSlope{-2.0, -1.0, 0.0, 1.0, 2.0};
+  std::vector<std::array<double, 6>> sums(cells.columns() * cells.rows());
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      const double* v = filled.value.Row(row) + column - kHalf;
+      const double* n = filled.noise_variance.Row(row) + column - kHalf;
+      std::array<double, 6>& sum = sums[cells.Index(column, row)];
+      sum.fill(0.0);
+      for (std::size_t k = 0; k < 5; ++k) {
+        sum[0] += v[k];
+        sum[1] += kSlope[k] * v[k];
+        sum[2] += kBend[k] * v[k];
+        sum[3] += n[k];
+        sum[4] += kSlope[k] * kSlope[k] * n[k];
+        sum[5] += kBend[k] * kBend[k] * n[k];
       }
-      squares[static_cast<std::size_t>(row * columns + column)] = {
-          bend.uu * bend.uu - variance.uu, bend.vv * bend.vv - variance.vv, bend.uv * bend.uv - variance.uv};
     }
   }
+  BendMaps squares{CellMap(cells, 3), CellMap(cells, 3), CellMap(cells, 3)};
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    const std::size_t centre = std::clamp(row, kHalf, cells.rows() - 1 - kHalf);
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      std::array<double, 6> total{};  // uu, vv, uv and their variances
+      for (std::size_t k = 0; k < 5; ++k) {
+        const std::array<double, 6>& sum = sums[cells.Index(column, centre + k - kHalf)];
+        total[0] += sum[2];
+        total[1] += kBend[k] * sum[0];
+        total[2] += kSlope[k] * sum[1];
+        total[3] += sum[5];
+        total[4] += kBend[k] * kBend[k] * sum[3];
+        total[5] += kSlope[k] * kSlope[k] * sum[4];
+      }
+      squares.uu.Row(row)[column] = (total[0] * total[0] - total[3]) / (35.0 * 35.0);
+      squares.vv.Row(row)[column] = (total[1] * total[1] - total[4]) / (35.0 * 35.0);
+      squares.uv.Row(row)[column] = (total[2] * total[2] - total[5]) / (100.0 * 100.0);
+    }
+  }
+  squares.uu.Wrap();
+  squares.vv.Wrap();
+  squares.uv.Wrap();
   return squares;
 }
 
-/// Mean over a window of (2·half_rows+1) × (2·half_columns+1) cells, cyclic in columns.
-std::vector<double> WindowMean(const CellGrid& cells, const std::vector<double>& values, std::ptrdiff_t half_rows,
-                               std::ptrdiff_t half_columns) {
-  const auto columns = static_cast<std::ptrdiff_t>(cells.columns());
-  const auto rows = static_cast<std::ptrdiff_t>(cells.rows());
-  std::vector<double> across(values.size());
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    for (std::ptrdiff_t column = 0; column < columns; ++column) {
+/// Mean over a window of (2·half_rows+1) × (2·half_columns+1) cells, cyclic in columns, cut off at the first and last
+/// row.
+CellMap WindowMean(const CellGrid& cells, const CellMap& values, std::size_t half_rows, std::size_t half_columns) {
+  CellMap across(cells, 0);
+  const double width = static_cast<double>(2 * half_columns + 1);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      const double* v = values.Row(row) + column - half_columns;
       double sum = 0.0;
-      for (std::ptrdiff_t d = -half_columns; d <= half_columns; ++d) {
-        sum += values[static_cast<std::size_t>(row * columns + (column + d + columns) % columns)];
-      }
-      across[static_cast<std::size_t>(row * columns + column)] = sum / static_cast<double>(2 * half_columns + 1);
+      for (std::size_t k = 0; k < 2 * half_columns + 1; ++k) sum += v[k];
+      across.Row(row)[column] = sum / width;
     }
   }
-  std::vector<double> mean(values.size());
-  for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, row - half_rows);
-    const std::ptrdiff_t last = std::min(rows - 1, row + half_rows);
-    for (std::ptrdiff_t column = 0; column < columns; ++column) {
-      double sum = 0.0;
-      for (std::ptrdiff_t r = first; r <= last; ++r) sum += across[static_cast<std::size_t>(r * columns + column)];
-      mean[static_cast<std::size_t>(row * columns + column)] = sum / static_cast<double>(last - first + 1);
+  CellMap mean(cells, 0);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    const std::size_t first = row >= half_rows ? row - half_rows : 0;
+    const std::size_t last = std::min(cells.rows() - 1, row + half_rows);
+    double* to = mean.Row(row);
+    for (std::size_t r = first; r <= last; ++r) {
+      const double* from = across.Row(r);
+      for (std::size_t column = 0; column < cells.columns(); ++column) to[column] += from[column];
     }
+    const double share = 1.0 / static_cast<double>(last - first + 1);
+    for (std::size_t column = 0; column < cells.columns(); ++column) to[column] *= share;
   }
   return mean;
+}
+
+/// Squared second differences between direct neighbours, kept only where they stand out of the noise: steps and edges.
+BendMaps SquaredSteps(const CellGrid& cells, const FilledCells& filled, double noise_sigma) {
+  constexpr double kStandsOut = 5.0;  // noise standard deviations
+  const double straight = 6.0 * kStandsOut * kStandsOut * noise_sigma * noise_sigma;
+  const double mixed = 0.25 * kStandsOut * kStandsOut * noise_sigma * noise_sigma;
+  const auto square_if_step = [](double difference, double threshold) {
+    const double square = difference * difference;
+    return square > threshold ? square : 0.0;
+  };
+  BendMaps steps{CellMap(cells, 0), CellMap(cells, 0), CellMap(cells, 0)};
+  for (std::size_t row = 1; row + 1 < cells.rows(); ++row) {
+    const double* below = filled.value.Row(row - 1);
+    const double* at = filled.value.Row(row);
+    const double* above = filled.value.Row(row + 1);
+    for (std::size_t c = 0; c < cells.columns(); ++c) {
+      const double* left = at + c - 1;
+      steps.uu.Row(row)[c] = square_if_step(left[0] - 2.0 * at[c] + at[c + 1], straight);
+      steps.vv.Row(row)[c] = square_if_step(below[c] - 2.0 * at[c] + above[c], straight);
+      const double uv = 0.25 * (above[c + 1] - *(above + c - 1) - below[c + 1] + *(below + c - 1));
+      steps.uv.Row(row)[c] = square_if_step(uv, mixed);
+    }
+  }
+  return steps;
 }
 
 }  // namespace
@@ -120,83 +241,26 @@ RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, dou
   return {std::vector<CellBend>(cells.columns() * cells.rows(), weight)};
 }
 
-LeafForms RoughnessForms(const HierarchicalSpline& basis, const CellGrid& cells, const RoughnessWeights& weights) {
-  LeafForms forms(basis);
-  const double uu_scale = std::pow(cells.theta_step(), 4);
-  const double vv_scale = std::pow(cells.z_step(), 4);
-  const double uv_scale = std::pow(cells.theta_step() * cells.z_step(), 2);
-  for (std::size_t row = 0; row < cells.rows(); ++row) {
-    for (std::size_t column = 0; column < cells.columns(); ++column) {
-      const LocalBases at = BasesAt(basis, cells.theta(column), cells.z(row));
-      const CellBend& w = weights.cells[cells.Index(column, row)];
-      forms.AddOuter(at.leaf, at.theta.second, at.z.value, w.uu * uu_scale);
-      forms.AddOuter(at.leaf, at.theta.value, at.z.second, w.vv * vv_scale);
-      forms.AddOuter(at.leaf, at.theta.first, at.z.first, w.uv * uv_scale);
-    }
-  }
-  return forms;
-}
-
-LeafForms HoleForms(const HierarchicalSpline& basis, const CellGrid& cells) {
-  LeafForms forms(basis);
-  const double theta_weight = std::pow(cells.theta_step() / kHoleSlope, 2);
-  const double z_weight = std::pow(cells.z_step() / kHoleSlope, 2);
-  for (std::size_t row = 0; row < cells.rows(); ++row) {
-    for (std::size_t column = 0; column < cells.columns(); ++column) {
-      if (cells.count(column, row) > 0) continue;
-      const LocalBases at = BasesAt(basis, cells.theta(column), cells.z(row));
-      forms.AddOuter(at.leaf, at.theta.first, at.z.value, theta_weight);
-      forms.AddOuter(at.leaf, at.theta.value, at.z.first, z_weight);
-    }
-  }
-  return forms;
-}
-
-/// Squared second differences between direct neighbours, kept only where they stand out of the noise: steps and edges.
-std::vector<CellBend> SquaredSteps(const CellGrid& cells, const FilledCells& filled, double noise_sigma) {
-  constexpr double kStandsOut = 5.0;  // noise standard deviations
-  const auto columns = static_cast<std::ptrdiff_t>(cells.columns());
-  const auto rows = static_cast<std::ptrdiff_t>(cells.rows());
-  const auto square_if_step = [&](double difference, double factor) {
-    const double threshold = kStandsOut * factor * noise_sigma;
-    return std::abs(difference) > threshold ? difference * difference : 0.0;
-  };
-  std::vector<CellBend> steps(filled.value.size());
-  for (std::ptrdiff_t row = 1; row + 1 < rows; ++row) {
-    for (std::ptrdiff_t column = 0; column < columns; ++column) {
-      const auto at = [&](std::ptrdiff_t dr, std::ptrdiff_t dc) {
-        return filled.value[static_cast<std::size_t>((row + dr) * columns + (column + dc + columns) % columns)];
-      };
-      const double uu = at(0, -1) - 2.0 * at(0, 0) + at(0, 1);
-      const double vv = at(-1, 0) - 2.0 * at(0, 0) + at(1, 0);
-      const double uv = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1));
-      steps[static_cast<std::size_t>(row * columns + column)] = {
-          square_if_step(uu, std::sqrt(6.0)), square_if_step(vv, std::sqrt(6.0)), square_if_step(uv, 0.5)};
-    }
-  }
-  return steps;
-}
-
-RoughnessWeights LocalWeights(const CellGrid& cells, const SplineSurface& pilot, double noise_sigma) {
-  const FilledCells filled = Fill(cells, pilot, noise_sigma);
-  const std::vector<CellBend> squares = SquaredBends(cells, filled);
-  const std::vector<CellBend> steps = SquaredSteps(cells, filled, noise_sigma);
-  const auto component = [&](double CellBend::*member) {
-    std::vector<double> values(squares.size());
-    for (std::size_t k = 0; k < squares.size(); ++k) values[k] = squares[k].*member;
-    return values;
-  };
+RoughnessWeights LocalWeights(const CellGrid& cells, double noise_sigma) {
+  const FilledCells filled = Fill(cells, noise_sigma);
+  const BendMaps squares = SquaredBends(cells, filled);
+  const BendMaps steps = SquaredSteps(cells, filled, noise_sigma);
   // Windows are longer across the direction of the difference: creases run that way.
-  const std::vector<double> uu = WindowMean(cells, component(&CellBend::uu), 3, 2);
-  const std::vector<double> vv = WindowMean(cells, component(&CellBend::vv), 2, 3);
-  const std::vector<double> uv = WindowMean(cells, component(&CellBend::uv), 2, 2);
+  const CellMap uu = WindowMean(cells, squares.uu, 3, 2);
+  const CellMap vv = WindowMean(cells, squares.vv, 2, 3);
+  const CellMap uv = WindowMean(cells, squares.uv, 2, 2);
   const auto weight = [](double mean_square, double step_square) {
     return 1.0 / (std::max({0.0, kVarianceInflation * mean_square, step_square}) + kSmallestBend * kSmallestBend);
   };
   RoughnessWeights weights;
-  weights.cells.resize(squares.size());
-  for (std::size_t k = 0; k < squares.size(); ++k)
-    weights.cells[k] = {weight(uu[k], steps[k].uu), weight(vv[k], steps[k].vv), weight(uv[k], steps[k].uv)};
+  weights.cells.resize(cells.columns() * cells.rows());
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t c = 0; c < cells.columns(); ++c) {
+      weights.cells[cells.Index(c, row)] = {weight(uu.Row(row)[c], steps.uu.Row(row)[c]),
+                                            weight(vv.Row(row)[c], steps.vv.Row(row)[c]),
+                                            weight(uv.Row(row)[c], steps.uv.Row(row)[c])};
+    }
+  }
   return weights;
 }
 

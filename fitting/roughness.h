@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "fitting/cell_grid.h"
-#include "fitting/spline_system.h"
 
 namespace annulus {
 
@@ -26,19 +25,15 @@ struct RoughnessWeights {
 /// divided by the noise sd).
 [[nodiscard]] RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, double lambda);
 
-/// The penalty of the weights as a quadratic form over the coefficients of a surface.
-[[nodiscard]] LeafForms RoughnessForms(const HierarchicalSpline& basis, const CellGrid& cells,
-                                       const RoughnessWeights& weights);
-
 /// A weak pull towards level ground in cells without a sample, so that the surface stays near its surroundings over
-/// real holes instead of running off: half of (f_u/s)² + (f_v/s)² per such cell, s = 3 mm per cell.
-[[nodiscard]] LeafForms HoleForms(const HierarchicalSpline& basis, const CellGrid& cells);
+/// real holes instead of running off: half of (f_u/s)² + (f_v/s)² per such cell, f_u and f_v in mm per cell, s this.
+inline constexpr double kHoleSlope = 3.0;
 
 /// Weights from the data themselves: the prior variance of a second difference in a cell is taken from the second
 /// differences around it (least-squares quadratic over 5 × 5 cells, what noise alone makes subtracted; a cell without a
-/// sample takes `pilot` and counts as free of noise), so that flat skin is smoothed and ears and creases are not. Where
-/// neighbouring cells differ by more than five noise standard deviations, the step itself is the prior: edges stay
-/// edges.
-[[nodiscard]] RoughnessWeights LocalWeights(const CellGrid& cells, const SplineSurface& pilot, double noise_sigma);
+/// sample is bridged from the nearest ones in its row and column and counts as free of noise), so that flat skin is
+/// smoothed and ears and creases are not. Where neighbouring cells differ by more than five noise standard deviations,
+/// the step itself is the prior: edges stay edges.
+[[nodiscard]] RoughnessWeights LocalWeights(const CellGrid& cells, double noise_sigma);
 
 }  // namespace annulus

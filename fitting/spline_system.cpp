@@ -1,9 +1,7 @@
 #include "fitting/spline_system.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
+#include <numeric>
 #include <random>
 
 #include "base/ensure.h"
@@ -11,260 +9,265 @@
 namespace annulus {
 namespace {
 
-constexpr int kProbes = 6;
+constexpr int kProbes = 4;
 constexpr std::uint64_t kProbeSeed = 20'000'101;
-constexpr double kRidge = 1e-10;
+/// Share of the mean data weight of a coefficient that keeps coefficients over holes determined.
+constexpr double kRidge = 1e-9;
+
+/// Places of items sorted by key: items of key k are order[first[k]] … order[first[k + 1] − 1], in their given order.
+struct Buckets {
+  std::vector<std::uint32_t> order;
+  std::vector<std::uint32_t> first;
+};
+
+Buckets SortByKey(const std::vector<std::uint32_t>& key, std::size_t keys) {
+  Buckets buckets{std::vector<std::uint32_t>(key.size()), std::vector<std::uint32_t>(keys + 1, 0)};
+  for (const std::uint32_t k : key) ++buckets.first[k + 1];
+  std::partial_sum(buckets.first.begin(), buckets.first.end(), buckets.first.begin());
+  std::vector<std::uint32_t> next(buckets.first.begin(), buckets.first.end() - 1);
+  for (std::size_t n = 0; n < key.size(); ++n) buckets.order[next[key[n]]++] = static_cast<std::uint32_t>(n);
+  return buckets;
+}
 
 }  // namespace
 
-void LeafForms::AddOuter(std::size_t leaf, const std::array<double, 4>& theta, const std::array<double, 4>& z,
-                         double weight) {
-  Eigen::Matrix<double, 16, 1> row;
-  for (Eigen::Index j = 0; j < 4; ++j) {
-    for (Eigen::Index i = 0; i < 4; ++i) {
-      row[4 * j + i] = z[static_cast<std::size_t>(j)] * theta[static_cast<std::size_t>(i)];
+/// Makes the equations of one leaf after the other.
+class SplineSystem::LeafEquations {
+ public:
+  LeafEquations(const SplineSystem& system, const RoughnessWeights& weights, std::span<const double> factors)
+      : system_(system), weights_(weights), factors_(factors) {
+    const CellGrid& cells = system.cells_;
+    uu_scale_ = std::pow(cells.theta_step(), 4);
+    vv_scale_ = std::pow(cells.z_step(), 4);
+    uv_scale_ = std::pow(cells.theta_step() * cells.z_step(), 2);
+    hole_theta_ = HoleWeight(cells.theta_step());
+    hole_z_ = HoleWeight(cells.z_step());
+    for (const SplineLevel& level : system.basis_.levels()) {
+      std::vector<CubicBasis>& around = theta_bases_.emplace_back();
+      for (std::size_t c = 0; c < cells.columns(); ++c) around.push_back(level.theta.At(cells.theta(c)));
+      std::vector<CubicBasis>& up = z_bases_.emplace_back();
+      for (std::size_t r = 0; r < cells.rows(); ++r) up.push_back(level.z.At(cells.z(r)));
     }
   }
-  Block& block = blocks_[leaf];
-  for (Eigen::Index column = 0; column < 16; ++column) {
-    block.col(column).head(column + 1) += (weight * row[column]) * row.head(column + 1);
+
+  /// The leaf's matrix over its active coefficients; valid until the next call.
+  const Eigen::MatrixXd& Matrix(std::size_t l) {
+    const SplineLeaf& leaf = system_.basis_.leaves()[l];
+    CollectBlocks(l, leaf);
+    for (std::size_t b = 0, pair = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a <= b; ++a, ++pair) {
+        const Eigen::Map<const Eigen::Matrix4d> block(blocks_.data() + 16 * pair);
+        const auto row = static_cast<Eigen::Index>(4 * a);
+        const auto column = static_cast<Eigen::Index>(4 * b);
+        local_.block<4, 4>(row, column) = block;
+        local_.block<4, 4>(column, row) = block;
+      }
+    }
+    if (leaf.plain) {
+      matrix_ = local_;
+      return matrix_;
+    }
+    const HierarchicalSpline::Extraction extraction = system_.basis_.ExtractionOf(leaf);
+    half_.noalias() = local_ * extraction;
+    matrix_.noalias() = extraction.transpose() * half_;
+    return matrix_;
   }
-}
 
-void LeafForms::Add(const LeafForms& other, double factor) {
-  ENSURE(other.blocks_.size() == blocks_.size(), "same basis");
-  for (std::size_t k = 0; k < blocks_.size(); ++k) blocks_[k] += factor * other.blocks_[k];
-}
+ private:
+  static double HoleWeight(double step) { return std::pow(step / kHoleSlope, 2); }
 
-Eigen::SparseMatrix<double> LeafForms::Assemble(const HierarchicalSpline& basis) const {
-  std::vector<Eigen::Triplet<double>> triplets;
-  Eigen::Matrix<double, Eigen::Dynamic, 16> half;
-  Eigen::MatrixXd local;
-  for (std::size_t k = 0; k < blocks_.size(); ++k) {
-    const SplineLeaf& leaf = basis.leaves()[k];
-    half = leaf.extraction * blocks_[k].selfadjointView<Eigen::Upper>();
-    local.noalias() = half * leaf.extraction.transpose();
-    for (std::size_t b = 0; b < leaf.active.size(); ++b) {
-      for (std::size_t a = 0; a <= b; ++a) {  // `active` ascends: this is the upper triangle
-        triplets.emplace_back(static_cast<int>(leaf.active[a]), static_cast<int>(leaf.active[b]),
-                              local(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)));
+  /// blocks += weight · (z zᵀ) ⊗ (θ θᵀ): ten 4 × 4 blocks, symmetric each.
+  void AddOuter(const std::array<double, 4>& theta, const std::array<double, 4>& z, double weight) {
+    std::array<double, 16> square;
+    for (std::size_t b = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a < 4; ++a) square[4 * b + a] = theta[a] * theta[b];
+    }
+    double* block = blocks_.data();
+    for (std::size_t b = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a <= b; ++a, block += 16) {
+        const double scale = weight * z[a] * z[b];
+        for (std::size_t k = 0; k < 16; ++k) block[k] += scale * square[k];
       }
     }
   }
-  const auto n = static_cast<Eigen::Index>(basis.size());
-  Eigen::SparseMatrix<double> upper(n, n);
-  upper.setFromTriplets(triplets.begin(), triplets.end());
-  return upper;
-}
 
-SplineSystem::SplineSystem(const HierarchicalSpline& basis, std::span<const SurfaceSample> samples,
-                           const std::vector<char>& use, double noise_sigma)
-    : basis_(basis), noise_sigma_(noise_sigma) {
-  ENSURE(noise_sigma > 0.0, "the noise scale is positive");
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (use[k] == 0) continue;
-    const SurfaceSample& s = samples[k];
-    SampleRow row;
-    row.leaf = static_cast<std::uint32_t>(basis.LeafAt(s.theta, s.z));
+  void CollectBlocks(std::size_t l, const SplineLeaf& leaf) {
+    blocks_.fill(0.0);
+    const double scale = 1.0 / (system_.noise_sigma_ * system_.noise_sigma_);
+    for (std::uint32_t k = system_.row_first_[l]; k < system_.row_first_[l + 1]; ++k) {
+      const SampleRow& row = system_.rows_[k];
+      const double factor = factors_.empty() ? 1.0 : factors_[k];
+      AddOuter(row.theta, row.z, scale * static_cast<double>(row.weight) * factor);
+    }
+    const CellGrid& cells = system_.cells_;
+    for (std::uint32_t k = system_.cell_first_[l]; k < system_.cell_first_[l + 1]; ++k) {
+      const std::uint32_t cell = system_.cell_order_[k];
+      const std::size_t column = cell % cells.columns();
+      const std::size_t row = cell / cells.columns();
+      const CubicBasis& theta = theta_bases_[leaf.level][column];
+      const CubicBasis& z = z_bases_[leaf.level][row];
+      const CellBend& w = weights_.cells[cell];
+      AddOuter(theta.second, z.value, w.uu * uu_scale_);
+      AddOuter(theta.value, z.second, w.vv * vv_scale_);
+      AddOuter(theta.first, z.first, w.uv * uv_scale_);
+      if (cells.count(column, row) > 0) continue;
+      AddOuter(theta.first, z.value, hole_theta_);
+      AddOuter(theta.value, z.first, hole_z_);
+    }
+  }
+
+  const SplineSystem& system_;
+  const RoughnessWeights& weights_;
+  std::span<const double> factors_;
+  double uu_scale_ = 0.0, vv_scale_ = 0.0, uv_scale_ = 0.0, hole_theta_ = 0.0, hole_z_ = 0.0;
+  std::vector<std::vector<CubicBasis>> theta_bases_;  ///< By level and column of cells.
+  std::vector<std::vector<CubicBasis>> z_bases_;      ///< By level and row of cells.
+  alignas(64) std::array<double, 160> blocks_{};
+  Eigen::Matrix<double, 16, 16> local_;
+  Eigen::Matrix<double, 16, Eigen::Dynamic> half_;
+  Eigen::MatrixXd matrix_;
+};
+
+SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& used, const CellGrid& cells)
+    : basis_(basis), cells_(cells), noise_sigma_(used.noise_sigma) {
+  ENSURE(used.noise_sigma > 0.0, "the noise scale is positive");
+  std::vector<std::uint32_t> samples;
+  std::vector<std::uint32_t> leaf_of;
+  for (std::size_t k = 0; k < used.samples.size(); ++k) {
+    if (used.use[k] == 0) continue;
+    samples.push_back(static_cast<std::uint32_t>(k));
+    leaf_of.push_back(static_cast<std::uint32_t>(basis.LeafAt(used.samples[k].theta, used.samples[k].z)));
+  }
+  Buckets buckets = SortByKey(leaf_of, basis.leaves().size());
+  row_first_ = std::move(buckets.first);
+  rows_.resize(samples.size());
+  for (std::size_t n = 0; n < rows_.size(); ++n) {
+    SampleRow& row = rows_[n];
+    row.sample = samples[buckets.order[n]];
+    row.leaf = leaf_of[buckets.order[n]];
+    const SurfaceSample& s = used.samples[row.sample];
     const SplineLeaf& leaf = basis.leaves()[row.leaf];
     const SplineLevel& level = basis.levels()[leaf.level];
     row.theta = level.theta.InInterval(leaf.theta_cell, s.theta).value;
     row.z = level.z.InInterval(leaf.z_cell, s.z).value;
     row.radius = s.radius;
     row.weight = s.weight;
-    row.sample = static_cast<std::uint32_t>(k);
-    rows_.push_back(row);
   }
-  std::stable_sort(rows_.begin(), rows_.end(), [](const SampleRow& a, const SampleRow& b) { return a.leaf < b.leaf; });
+
+  std::vector<std::uint32_t> leaf_of_cell(cells.columns() * cells.rows());
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      leaf_of_cell[cells.Index(column, row)] =
+          static_cast<std::uint32_t>(basis.LeafAt(cells.theta(column), cells.z(row)));
+    }
+  }
+  Buckets by_leaf = SortByKey(leaf_of_cell, basis.leaves().size());
+  cell_order_ = std::move(by_leaf.order);
+  cell_first_ = std::move(by_leaf.first);
 }
 
 Eigen::VectorXd SplineSystem::Predict(const Eigen::VectorXd& coefficients) const {
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows_.size()));
-  Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const SampleRow& row = rows_[k];
-    if (k == 0 || row.leaf != rows_[k - 1].leaf) {
-      const SplineLeaf& leaf = basis_.leaves()[row.leaf];
-      local.setZero();
-      for (std::size_t a = 0; a < leaf.active.size(); ++a) {
-        local += coefficients[static_cast<Eigen::Index>(leaf.active[a])] *
-                 leaf.extraction.row(static_cast<Eigen::Index>(a)).transpose();
+  for (std::size_t l = 0; l + 1 < row_first_.size(); ++l) {
+    if (row_first_[l] == row_first_[l + 1]) continue;
+    const Eigen::Matrix<double, 16, 1> local = basis_.Local(basis_.leaves()[l], coefficients);
+    for (std::uint32_t k = row_first_[l]; k < row_first_[l + 1]; ++k) {
+      const SampleRow& row = rows_[k];
+      double value = 0.0;
+      for (std::size_t j = 0; j < 4; ++j) {
+        const double* c = local.data() + 4 * j;
+        value += row.z[j] * (row.theta[0] * c[0] + row.theta[1] * c[1] + row.theta[2] * c[2] + row.theta[3] * c[3]);
       }
+      values[static_cast<Eigen::Index>(k)] = value;
     }
-    double value = 0.0;
-    for (std::size_t j = 0; j < 4; ++j) {
-      const double* c = local.data() + 4 * j;
-      value += row.z[j] * (row.theta[0] * c[0] + row.theta[1] * c[1] + row.theta[2] * c[2] + row.theta[3] * c[3]);
-    }
-    values[static_cast<Eigen::Index>(k)] = value;
   }
   return values;
 }
 
+Eigen::VectorXd SplineSystem::Radii() const {
+  Eigen::VectorXd radii(static_cast<Eigen::Index>(rows_.size()));
+  for (std::size_t k = 0; k < rows_.size(); ++k) radii[static_cast<Eigen::Index>(k)] = rows_[k].radius;
+  return radii;
+}
+
 Eigen::VectorXd SplineSystem::Residuals(const Eigen::VectorXd& coefficients) const {
-  Eigen::VectorXd residuals = -Predict(coefficients);
-  for (std::size_t k = 0; k < rows_.size(); ++k) residuals[static_cast<Eigen::Index>(k)] += rows_[k].radius;
-  return residuals;
+  return Radii() - Predict(coefficients);
 }
 
 Eigen::VectorXd SplineSystem::Transpose(const Eigen::VectorXd& values) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(basis_.size()));
-  Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const SampleRow& row = rows_[k];
-    for (std::size_t j = 0; j < 4; ++j) {
-      const double left = values[static_cast<Eigen::Index>(k)] * row.z[j];
-      for (std::size_t i = 0; i < 4; ++i) local[static_cast<Eigen::Index>(4 * j + i)] += left * row.theta[i];
-    }
-    if (k + 1 == rows_.size() || row.leaf != rows_[k + 1].leaf) {
-      const SplineLeaf& leaf = basis_.leaves()[row.leaf];
-      const Eigen::VectorXd spread = leaf.extraction * local;
-      for (std::size_t a = 0; a < leaf.active.size(); ++a) {
-        sum[static_cast<Eigen::Index>(leaf.active[a])] += spread[static_cast<Eigen::Index>(a)];
+  for (std::size_t l = 0; l + 1 < row_first_.size(); ++l) {
+    if (row_first_[l] == row_first_[l + 1]) continue;
+    Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
+    for (std::uint32_t k = row_first_[l]; k < row_first_[l + 1]; ++k) {
+      const SampleRow& row = rows_[k];
+      for (std::size_t j = 0; j < 4; ++j) {
+        const double left = values[static_cast<Eigen::Index>(k)] * row.z[j];
+        for (std::size_t i = 0; i < 4; ++i) local[static_cast<Eigen::Index>(4 * j + i)] += left * row.theta[i];
       }
-      local.setZero();
+    }
+    const SplineLeaf& leaf = basis_.leaves()[l];
+    const std::span<const std::uint32_t> active = basis_.Active(leaf);
+    for (std::size_t a = 0; a < active.size(); ++a) {
+      const auto index = static_cast<Eigen::Index>(a);
+      sum[static_cast<Eigen::Index>(active[a])] +=
+          leaf.plain ? local[index] : basis_.ExtractionOf(leaf).col(index).dot(local);
     }
   }
   return sum;
 }
 
-LeafForms SplineSystem::DataForms(std::span<const double> factors) const {
-  LeafForms forms(basis_);
+Eigen::VectorXd SplineSystem::WeightedTranspose(const Eigen::VectorXd& values, std::span<const double> factors) const {
+  Eigen::VectorXd weighted(values.size());
   const double scale = 1.0 / (noise_sigma_ * noise_sigma_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    const SampleRow& row = rows_[k];
-    const double weight = scale * static_cast<double>(row.weight) * (factors.empty() ? 1.0 : factors[k]);
-    forms.AddOuter(row.leaf, row.theta, row.z, weight);
+    const double factor = factors.empty() ? 1.0 : factors[k];
+    const auto index = static_cast<Eigen::Index>(k);
+    weighted[index] = scale * static_cast<double>(rows_[k].weight) * factor * values[index];
   }
-  return forms;
+  return Transpose(weighted);
 }
 
-Eigen::VectorXd SplineSystem::DataVector() const {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(rows_.size()));
-  const double scale = 1.0 / (noise_sigma_ * noise_sigma_);
-  for (std::size_t k = 0; k < rows_.size(); ++k) {
-    values[static_cast<Eigen::Index>(k)] = scale * static_cast<double>(rows_[k].weight) * rows_[k].radius;
+std::optional<FrontalCholesky> SplineSystem::Factor(std::shared_ptr<const EliminationTree> tree,
+                                                    const RoughnessWeights& weights,
+                                                    std::span<const double> factors) const {
+  LeafEquations equations(*this, weights, factors);
+  const double ridge =
+      kRidge * static_cast<double>(rows_.size()) / static_cast<double>(basis_.size()) / (noise_sigma_ * noise_sigma_);
+  return FrontalCholesky::Factor(
+      std::move(tree), basis_, [&](std::size_t l) -> const Eigen::MatrixXd& { return equations.Matrix(l); }, ridge);
+}
+
+Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& weights,
+                                                       std::span<const double> factors) const {
+  LeafEquations equations(*this, weights, factors);
+  std::vector<Eigen::Triplet<double>> triplets;
+  for (std::size_t l = 0; l < basis_.leaves().size(); ++l) {
+    const Eigen::MatrixXd& matrix = equations.Matrix(l);
+    const std::span<const std::uint32_t> active = basis_.Active(basis_.leaves()[l]);
+    for (std::size_t b = 0; b < active.size(); ++b) {
+      for (std::size_t a = 0; a < active.size(); ++a) {
+        if (active[a] > active[b]) continue;
+        triplets.emplace_back(static_cast<int>(active[a]), static_cast<int>(active[b]),
+                              matrix(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)));
+      }
+    }
   }
-  return Transpose(values);
+  const auto n = static_cast<Eigen::Index>(basis_.size());
+  Eigen::SparseMatrix<double> upper(n, n);
+  upper.setFromTriplets(triplets.begin(), triplets.end());
+  return upper;
 }
 
-void AddRidge(Eigen::SparseMatrix<double>& upper) {
-  const double ridge = kRidge * upper.diagonal().mean();
-  for (Eigen::Index k = 0; k < upper.cols(); ++k) upper.coeffRef(k, k) += ridge;
-}
-
-double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix<double>& data_upper) {
+double EffectiveParameters(const SplineSystem& system, const FrontalCholesky& factor, std::span<const double> factors) {
   std::mt19937_64 engine(kProbeSeed);
   double sum = 0.0;
   for (int probe = 0; probe < kProbes; ++probe) {
-    Eigen::VectorXd signs(data_upper.rows());
+    Eigen::VectorXd signs(factor.size());
     for (Eigen::Index k = 0; k < signs.size(); ++k) signs[k] = (engine() & 1U) != 0U ? 1.0 : -1.0;
-    const Eigen::VectorXd data_times_signs = data_upper.selfadjointView<Eigen::Upper>() * signs;
-    sum += factor.solve(signs).dot(data_times_signs);
+    sum += factor.Solve(signs).dot(system.WeightedTranspose(system.Predict(signs), factors));
   }
   return sum / kProbes;
-}
-
-namespace {
-
-/// The GCV score as a function of log λ. Keeps what it has tried, and the analysis of the pattern.
-class GcvScore {
- public:
-  GcvScore(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty)
-      : system_(system),
-        data_(system.DataForms({}).Assemble(system.basis())),
-        prior_(fixed.Assemble(system.basis())),
-        rough_(penalty.Assemble(system.basis())),
-        right_(system.DataVector()) {}
-
-  /// Where data and penalty have the same mean diagonal: the middle of the search.
-  [[nodiscard]] double balanced_log_lambda() const {
-    return std::log(data_.diagonal().mean() / rough_.diagonal().mean());
-  }
-
-  const SmoothingChoice& At(double log_lambda) {
-    auto found = tried_.find(log_lambda);
-    if (found == tried_.end()) found = tried_.emplace(log_lambda, Evaluate(std::exp(log_lambda))).first;
-    return found->second;
-  }
-
-  /// The best that was tried, or null if no λ gave a finite score.
-  [[nodiscard]] const SmoothingChoice* best() const {
-    const SmoothingChoice* chosen = nullptr;
-    for (const auto& [log_lambda, choice] : tried_) {
-      if (std::isfinite(choice.gcv) && (chosen == nullptr || choice.gcv < chosen->gcv)) chosen = &choice;
-    }
-    return chosen;
-  }
-
- private:
-  SmoothingChoice Evaluate(double lambda) {
-    SmoothingChoice choice;
-    choice.lambda = lambda;
-    choice.gcv = std::numeric_limits<double>::infinity();
-    Eigen::SparseMatrix<double> upper = data_ + prior_ + lambda * rough_;
-    AddRidge(upper);
-    if (tried_.empty()) factor_.analyzePattern(upper);
-    factor_.factorize(upper);
-    if (factor_.info() != Eigen::Success) return choice;
-    choice.coefficients = factor_.solve(right_);
-    choice.effective_parameters = EffectiveParameters(factor_, data_);
-    const Eigen::VectorXd residuals = system_.Residuals(choice.coefficients);
-    double squares = 0.0;
-    for (std::size_t k = 0; k < system_.rows().size(); ++k) {
-      const double residual = residuals[static_cast<Eigen::Index>(k)];
-      squares += static_cast<double>(system_.rows()[k].weight) * residual * residual;
-    }
-    const auto n = static_cast<double>(system_.rows().size());
-    const double freedom = n - choice.effective_parameters;
-    if (freedom > 0.0 && std::isfinite(squares)) choice.gcv = n * squares / (freedom * freedom);
-    return choice;
-  }
-
-  const SplineSystem& system_;
-  Eigen::SparseMatrix<double> data_;
-  Eigen::SparseMatrix<double> prior_;
-  Eigen::SparseMatrix<double> rough_;
-  Eigen::VectorXd right_;
-  SparseFactor factor_;
-  std::map<double, SmoothingChoice> tried_;
-};
-
-}  // namespace
-
-Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const LeafForms& fixed, const LeafForms& penalty) {
-  // A walk downhill in decades, then golden section inside the bracket.
-  constexpr int kDecades = 8;
-  constexpr int kSections = 4;
-  GcvScore score(system, fixed, penalty);
-  const double decade = std::log(10.0);
-  const double centre = score.balanced_log_lambda();
-  const auto at = [&](int step) { return score.At(centre + step * decade).gcv; };
-  int best = 0;
-  while (best > -kDecades && at(best - 1) < at(best)) --best;
-  while (best < kDecades && at(best + 1) < at(best)) ++best;
-  double low = centre + (best - 1) * decade;
-  double high = centre + (best + 1) * decade;
-  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  double left = high - golden * (high - low);
-  double right = low + golden * (high - low);
-  for (int step = 0; step < kSections; ++step) {
-    if (score.At(left).gcv < score.At(right).gcv) {
-      high = right;
-      right = left;
-      left = high - golden * (high - low);
-    } else {
-      low = left;
-      left = right;
-      right = low + golden * (high - low);
-    }
-  }
-  const SmoothingChoice* chosen = score.best();
-  if (chosen == nullptr) {
-    return Fail("fit a surface", "the samples do not determine it at any smoothing",
-                "scan again: too few returns, or all in one place");
-  }
-  return *chosen;
 }
 
 }  // namespace annulus

@@ -1,17 +1,21 @@
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "base/result.h"
 #include "base/surface_sample.h"
+#include "fitting/cell_grid.h"
+#include "fitting/frontal_cholesky.h"
 #include "fitting/hierarchical_spline.h"
+#include "fitting/roughness.h"
 
 namespace annulus {
 
@@ -25,33 +29,21 @@ struct SampleRow {
   std::uint32_t sample = 0;  ///< Index into the samples that the system was made of.
 };
 
-/// A quadratic form over the coefficients, as one symmetric 16 × 16 block of local coefficients per leaf.
-class LeafForms {
- public:
-  explicit LeafForms(const HierarchicalSpline& basis) : blocks_(basis.leaves().size(), Block::Zero()) {}
-
-  /// Adds weight · (z ⊗ theta)(z ⊗ theta)ᵀ to a leaf.
-  void AddOuter(std::size_t leaf, const std::array<double, 4>& theta, const std::array<double, 4>& z, double weight);
-  /// this += factor · other (same basis).
-  void Add(const LeafForms& other, double factor);
-  /// The upper triangle over the active coefficients; every pair that shares a leaf has an entry, zero or not.
-  [[nodiscard]] Eigen::SparseMatrix<double> Assemble(const HierarchicalSpline& basis) const;
-
- private:
-  using Block = Eigen::Matrix<double, 16, 16>;  // upper triangle used
-  std::vector<Block> blocks_;
+/// The samples that a fit uses and how noisy they are. Borrows the samples.
+struct UsedSamples {
+  std::span<const SurfaceSample> samples;
+  const std::vector<char>& use;  ///< One flag per sample.
+  double noise_sigma = 0.0;      ///< mm, > 0
 };
 
-/// The linear smoothing problem  min_c Σ w_k (y_k − B_k c)²/σ² + cᵀ P c  over the active coefficients of one surface.
-/// Borrows the basis.
+/// The linear smoothing problem  min_c Σ w_k (y_k − B_k c)²/σ² + cᵀ P c  over the active coefficients of one surface,
+/// where cᵀPc is a weighted sum of squared second differences at the cells (roughness.h). Borrows the basis and cells.
 class SplineSystem {
  public:
-  /// Takes the samples that `use` flags (same length). Requires noise_sigma > 0.
-  SplineSystem(const HierarchicalSpline& basis, std::span<const SurfaceSample> samples, const std::vector<char>& use,
-               double noise_sigma);
+  SplineSystem(const HierarchicalSpline& basis, const UsedSamples& used, const CellGrid& cells);
 
   [[nodiscard]] const HierarchicalSpline& basis() const { return basis_; }
-  [[nodiscard]] const std::vector<SampleRow>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<SampleRow>& rows() const { return rows_; }  ///< Ordered by leaf.
   [[nodiscard]] double noise_sigma() const { return noise_sigma_; }
 
   /// B_k c for every row, mm.
@@ -60,39 +52,35 @@ class SplineSystem {
   [[nodiscard]] Eigen::VectorXd Residuals(const Eigen::VectorXd& coefficients) const;
   /// Σ_k v_k B_kᵀ.
   [[nodiscard]] Eigen::VectorXd Transpose(const Eigen::VectorXd& values) const;
-  /// Σ w_k f_k B_kᵀB_k / σ², with extra factors f (empty: all 1).
-  [[nodiscard]] LeafForms DataForms(std::span<const double> factors) const;
-  /// Σ w_k y_k B_kᵀ / σ².
-  [[nodiscard]] Eigen::VectorXd DataVector() const;
+  /// Σ w_k f_k y_k B_kᵀ / σ² for any values y, with extra factors f (empty: all 1).
+  [[nodiscard]] Eigen::VectorXd WeightedTranspose(const Eigen::VectorXd& values, std::span<const double> factors) const;
+  /// The radii as a vector, mm.
+  [[nodiscard]] Eigen::VectorXd Radii() const;
+
+  /// Factor of A = Σ w_k f_k B_kᵀB_k/σ² + P; nothing if A is not positive definite.
+  [[nodiscard]] std::optional<FrontalCholesky> Factor(std::shared_ptr<const EliminationTree> tree,
+                                                      const RoughnessWeights& weights,
+                                                      std::span<const double> factors) const;
+  /// The upper triangle of A; every pair of coefficients that shares a leaf has an entry, zero or not.
+  [[nodiscard]] Eigen::SparseMatrix<double> NormalMatrix(const RoughnessWeights& weights,
+                                                         std::span<const double> factors) const;
 
  private:
+  class LeafEquations;
+
   const HierarchicalSpline& basis_;
-  std::vector<SampleRow> rows_;  ///< Ordered by leaf.
+  const CellGrid& cells_;
+  std::vector<SampleRow> rows_;
+  std::vector<std::uint32_t> row_first_;   ///< By leaf, one more than leaves.
+  std::vector<std::uint32_t> cell_order_;  ///< Cells by leaf.
+  std::vector<std::uint32_t> cell_first_;
   double noise_sigma_;
 };
 
-/// Sparse Cholesky factor of a symmetric positive definite matrix given by its upper triangle.
-using SparseFactor = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper>;
-
-/// Adds a share of 1e-10 of the mean diagonal to the diagonal, so that coefficients over holes stay determined.
-void AddRidge(Eigen::SparseMatrix<double>& upper);
-
 /// Estimate of trace(A⁻¹ G) with a few ±1 probes of a fixed seed (Hutchinson): the effective parameters of a linear
-/// smoother with data matrix G and system matrix A.
-[[nodiscard]] double EffectiveParameters(const SparseFactor& factor, const Eigen::SparseMatrix<double>& data_upper);
-
-/// What generalised cross-validation chose.
-struct SmoothingChoice {
-  double lambda = 0.0;
-  double gcv = 0.0;  ///< Score at lambda: n·RSS/(n − edf)².
-  double effective_parameters = 0.0;
-  Eigen::VectorXd coefficients;
-};
-
-/// Minimises the GCV score over log λ for A = G + H + λ·P by a walk in decades and golden section.
-/// `fixed` is H (any prior that is not to be chosen), `penalty` is P. Fails if no λ gives a positive definite system.
-[[nodiscard]] Result<SmoothingChoice> ChooseSmoothing(const SplineSystem& system, const LeafForms& fixed,
-                                                      const LeafForms& penalty);
+/// smoother with data matrix G (extra factors f) and system matrix A.
+[[nodiscard]] double EffectiveParameters(const SplineSystem& system, const FrontalCholesky& factor,
+                                         std::span<const double> factors);
 
 /// Outcome of the robust polish.
 struct PolishResult {
@@ -106,9 +94,9 @@ struct PolishResult {
 
 /// Minimises ½ Σ w_k s_k² ρ((y_k − B_k c)²/(σ s_k)²) + ½ cᵀ P c with Huber's ρ by ceres::GradientProblemSolver, in the
 /// coordinates in which the quadratic problem is the identity (c = c₀ + A^{-1/2} y), so that few steps are needed.
-/// `scales` s_k >= 1, one per row, widen the loss where detail is rough.
-[[nodiscard]] PolishResult RobustPolish(const SplineSystem& system, const Eigen::SparseMatrix<double>& penalty_upper,
-                                        const SparseFactor& factor, const Eigen::VectorXd& start,
-                                        std::span<const double> scales);
+/// `start` c₀ is the solution of the quadratic problem with `factor`; `scales` s_k >= 1, one per row, widen the loss
+/// where detail is rough.
+[[nodiscard]] PolishResult RobustPolish(const SplineSystem& system, const FrontalCholesky& factor,
+                                        const Eigen::VectorXd& start, std::span<const double> scales);
 
 }  // namespace annulus

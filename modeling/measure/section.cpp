@@ -219,7 +219,7 @@ Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
 Uncertain MeasuredSurface::WithSigma(double value, const Eigen::VectorXd& gradient) const {
   if (covariance_ == nullptr) return {value, std::numeric_limits<double>::quiet_NaN()};
   if (segment_->hierarchy == nullptr) return {value, std::sqrt(covariance_->Variance(gradient))};
-  const Eigen::VectorXd active = segment_->hierarchy->fine_from_active().transpose() * gradient;
+  const Eigen::VectorXd active = segment_->hierarchy->ActiveGradient(gradient);
   return {value, std::sqrt(covariance_->Variance(active))};
 }
 

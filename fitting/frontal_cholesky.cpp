@@ -1,0 +1,202 @@
+#include "fitting/frontal_cholesky.h"
+
+#include <algorithm>
+
+#include "base/ensure.h"
+#include "fitting/front_kernels.h"
+
+namespace annulus {
+namespace {
+
+std::size_t RoundUp(std::size_t n) { return (n + kFrontLanes - 1) / kFrontLanes * kFrontLanes; }
+std::size_t PanelStride(const EliminationNode& node) {
+  return RoundUp(node.own_count + node.boundary_count) + kFrontLanes;
+}
+std::size_t RestStride(const EliminationNode& node) { return RoundUp(node.boundary_count) + kFrontLanes; }
+
+/// A front: its first columns go to the factor, the rest to the parent. Local index: own first, then boundary.
+struct Front {
+  double* panel = nullptr;
+  std::size_t panel_stride = 0;
+  std::size_t own = 0;
+  double* rest = nullptr;
+  std::size_t rest_stride = 0;
+
+  /// Requires row >= column.
+  [[nodiscard]] double& At(std::size_t row, std::size_t column) const {
+    return column < own ? panel[column * panel_stride + row] : rest[(column - own) * rest_stride + (row - own)];
+  }
+};
+
+/// Schur complements that wait for their parents: the last two are the children of the node at hand (postorder).
+class Stack {
+ public:
+  double* Push(std::size_t n) {
+    starts_.push_back(used_);
+    used_ += n;
+    if (used_ > numbers_.size()) numbers_.resize(std::max(used_, 2 * numbers_.size()));
+    std::fill_n(numbers_.begin() + static_cast<std::ptrdiff_t>(starts_.back()), n, 0.0);
+    return numbers_.data() + starts_.back();
+  }
+  /// The n-th last.
+  double* FromTop(std::size_t n) { return numbers_.data() + starts_[starts_.size() - n]; }
+  /// Drops the `count` complements below the last one and moves that down.
+  void DropBelowTop(std::size_t count) {
+    if (count == 0) return;
+    const std::size_t top = starts_.back();
+    starts_.resize(starts_.size() - count);
+    std::copy(numbers_.begin() + static_cast<std::ptrdiff_t>(top),
+              numbers_.begin() + static_cast<std::ptrdiff_t>(used_),
+              numbers_.begin() + static_cast<std::ptrdiff_t>(starts_.back()));
+    used_ -= top - starts_.back();
+  }
+
+ private:
+  std::vector<double> numbers_;
+  std::vector<std::size_t> starts_;
+  std::size_t used_ = 0;
+};
+
+void AddChild(const EliminationTree& tree, const EliminationNode& child, const double* rest, const Front& front) {
+  const std::span<const std::uint32_t> place = tree.PlaceInParent(child);
+  const std::size_t stride = RestStride(child);
+  for (std::size_t c = 0; c < place.size(); ++c) {
+    const double* from = rest + c * stride;
+    double* column = &front.At(place[c], place[c]) - place[c];  // places ascend: rows below are in the same column
+    for (std::size_t r = c; r < place.size(); ++r) column[place[r]] += from[r];
+  }
+}
+
+/// Adds the leaves of a node without children.
+class LeafAdder {
+ public:
+  LeafAdder(const EliminationTree& tree, const HierarchicalSpline& basis)
+      : tree_(tree), basis_(basis), local_(basis.size(), 0) {}
+
+  void Add(const EliminationNode& node, const FrontalCholesky::LeafMatrix& leaf_matrix, const Front& front) {
+    const std::span<const std::uint32_t> boundary = tree_.Boundary(node);
+    for (std::uint32_t k = 0; k < node.own_count; ++k) local_[node.own_first + k] = k;
+    for (std::size_t k = 0; k < boundary.size(); ++k) {
+      local_[boundary[k]] = node.own_count + static_cast<std::uint32_t>(k);
+    }
+    for (std::uint32_t k = 0; k < node.leaf_count; ++k) {
+      const std::uint32_t leaf = tree_.leaf_order()[node.leaf_first + k];
+      const Eigen::MatrixXd& matrix = leaf_matrix(leaf);
+      const std::span<const std::uint32_t> active = basis_.Active(basis_.leaves()[leaf]);
+      places_.clear();
+      for (const std::uint32_t c : active) places_.push_back(local_[tree_.position()[c]]);
+      for (std::size_t b = 0; b < places_.size(); ++b) {
+        double* column = &front.At(places_[b], places_[b]) - places_[b];
+        for (std::size_t a = 0; a < places_.size(); ++a) {
+          if (places_[a] < places_[b]) continue;
+          column[places_[a]] += matrix(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+        }
+      }
+    }
+  }
+
+ private:
+  const EliminationTree& tree_;
+  const HierarchicalSpline& basis_;
+  std::vector<std::uint32_t> local_;   ///< By position.
+  std::vector<std::uint32_t> places_;  ///< Of one leaf's coefficients.
+};
+
+}  // namespace
+
+std::optional<FrontalCholesky> FrontalCholesky::Factor(std::shared_ptr<const EliminationTree> tree,
+                                                       const HierarchicalSpline& basis, const LeafMatrix& leaf_matrix,
+                                                       double ridge) {
+  FrontalCholesky factor;
+  factor.size_ = static_cast<Eigen::Index>(basis.size());
+  std::size_t total = 0;
+  for (const EliminationNode& node : tree->nodes()) {
+    factor.panel_first_.push_back(total);
+    total += PanelStride(node) * node.own_count;
+    factor.largest_boundary_ = std::max(factor.largest_boundary_, static_cast<Eigen::Index>(node.boundary_count));
+  }
+  factor.panels_.assign(total + kFrontLanes, 0.0);
+
+  Stack stack;
+  LeafAdder leaves(*tree, basis);
+  for (std::size_t n = 0; n < tree->nodes().size(); ++n) {
+    const EliminationNode& node = tree->nodes()[n];
+    double* rest = stack.Push(RestStride(node) * node.boundary_count + kFrontLanes);
+    const Front front{factor.Panel(n), PanelStride(node), node.own_count, rest, RestStride(node)};
+    if (node.left < 0) {
+      leaves.Add(node, leaf_matrix, front);
+    } else {
+      AddChild(*tree, tree->nodes()[static_cast<std::size_t>(node.left)], stack.FromTop(3), front);
+      AddChild(*tree, tree->nodes()[static_cast<std::size_t>(node.right)], stack.FromTop(2), front);
+    }
+    for (std::size_t k = 0; k < node.own_count; ++k) front.At(k, k) += ridge;
+    if (!EliminateFront(front.panel, front.panel_stride, node.own_count + node.boundary_count, node.own_count,
+                        front.rest, front.rest_stride)) {
+      return std::nullopt;
+    }
+    stack.DropBelowTop(node.left < 0 ? 0 : 2);
+  }
+  factor.tree_ = std::move(tree);
+  return factor;
+}
+
+Eigen::VectorXd FrontalCholesky::SolveLower(const Eigen::VectorXd& b) const {
+  Eigen::VectorXd y(size_);
+  for (std::size_t c = 0; c < static_cast<std::size_t>(size_); ++c) {
+    y[static_cast<Eigen::Index>(tree_->position()[c])] = b[static_cast<Eigen::Index>(c)];
+  }
+  Eigen::VectorXd scratch(largest_boundary_);
+  for (std::size_t n = 0; n < tree_->nodes().size(); ++n) {
+    const EliminationNode& node = tree_->nodes()[n];
+    const auto own = static_cast<Eigen::Index>(node.own_count);
+    const auto boundary = static_cast<Eigen::Index>(node.boundary_count);
+    auto below = scratch.head(boundary);
+    below.setZero();
+    for (Eigen::Index k = 0; k < own; ++k) {
+      const double* column = Panel(n) + static_cast<std::size_t>(k) * PanelStride(node);
+      double& value = y[static_cast<Eigen::Index>(node.own_first) + k];
+      value /= column[k];
+      const Eigen::Map<const Eigen::VectorXd> inside(column + k + 1, own - k - 1);
+      const Eigen::Map<const Eigen::VectorXd> outside(column + own, boundary);
+      y.segment(static_cast<Eigen::Index>(node.own_first) + k + 1, own - k - 1) -= value * inside;
+      below += value * outside;
+    }
+    const std::span<const std::uint32_t> positions = tree_->Boundary(node);
+    for (std::size_t k = 0; k < positions.size(); ++k) {
+      y[static_cast<Eigen::Index>(positions[k])] -= below[static_cast<Eigen::Index>(k)];
+    }
+  }
+  return y;
+}
+
+Eigen::VectorXd FrontalCholesky::SolveUpper(const Eigen::VectorXd& y) const {
+  Eigen::VectorXd x = y;
+  Eigen::VectorXd scratch(largest_boundary_);
+  for (std::size_t n = tree_->nodes().size(); n-- > 0;) {
+    const EliminationNode& node = tree_->nodes()[n];
+    const auto own = static_cast<Eigen::Index>(node.own_count);
+    const std::span<const std::uint32_t> positions = tree_->Boundary(node);
+    auto above = scratch.head(static_cast<Eigen::Index>(positions.size()));
+    for (std::size_t k = 0; k < positions.size(); ++k) {
+      above[static_cast<Eigen::Index>(k)] = x[static_cast<Eigen::Index>(positions[k])];
+    }
+    for (Eigen::Index k = own; k-- > 0;) {
+      const double* column = Panel(n) + static_cast<std::size_t>(k) * PanelStride(node);
+      const Eigen::Map<const Eigen::VectorXd> inside(column + k + 1, own - k - 1);
+      const Eigen::Map<const Eigen::VectorXd> outside(column + own, above.size());
+      double& value = x[static_cast<Eigen::Index>(node.own_first) + k];
+      value -=
+          inside.dot(x.segment(static_cast<Eigen::Index>(node.own_first) + k + 1, own - k - 1)) + outside.dot(above);
+      value /= column[k];
+    }
+  }
+  Eigen::VectorXd unordered(size_);
+  for (std::size_t c = 0; c < static_cast<std::size_t>(size_); ++c) {
+    unordered[static_cast<Eigen::Index>(c)] = x[static_cast<Eigen::Index>(tree_->position()[c])];
+  }
+  return unordered;
+}
+
+Eigen::VectorXd FrontalCholesky::Solve(const Eigen::VectorXd& b) const { return SolveUpper(SolveLower(b)); }
+
+}  // namespace annulus

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "fitting/elimination_tree.h"
+
+namespace annulus {
+
+/// Cholesky factor A = PᵀLLᵀP of a sparse symmetric positive definite matrix that is a sum of small dense matrices, one
+/// per leaf of a hierarchical spline (multifrontal method: Duff, Reid 1983). No sparse matrix is ever formed: the
+/// leaves' matrices go straight into the dense fronts of the elimination tree.
+class FrontalCholesky {
+ public:
+  /// Gives a leaf's matrix over its active coefficients (HierarchicalSpline::Active), symmetric, both triangles.
+  using LeafMatrix = std::function<const Eigen::MatrixXd&(std::size_t leaf)>;
+
+  /// Factors Σ leaf matrices + ridge·I. Nothing if the sum is not positive definite. Borrows `tree` and the basis only
+  /// during the call.
+  [[nodiscard]] static std::optional<FrontalCholesky> Factor(std::shared_ptr<const EliminationTree> tree,
+                                                             const HierarchicalSpline& basis,
+                                                             const LeafMatrix& leaf_matrix, double ridge);
+
+  [[nodiscard]] Eigen::Index size() const { return size_; }
+  /// A⁻¹ b.
+  [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const;
+  /// L⁻¹ P b: in the order of elimination.
+  [[nodiscard]] Eigen::VectorXd SolveLower(const Eigen::VectorXd& b) const;
+  /// Pᵀ L⁻ᵀ y, for y in the order of elimination.
+  [[nodiscard]] Eigen::VectorXd SolveUpper(const Eigen::VectorXd& y) const;
+  /// Numbers stored.
+  [[nodiscard]] std::size_t stored() const { return panels_.size(); }
+
+ private:
+  FrontalCholesky() = default;
+  [[nodiscard]] double* Panel(std::size_t node) { return panels_.data() + panel_first_[node]; }
+  [[nodiscard]] const double* Panel(std::size_t node) const { return panels_.data() + panel_first_[node]; }
+
+  std::shared_ptr<const EliminationTree> tree_;  ///< Shared with the factors of other weights of the same basis.
+  std::vector<double> panels_;                   ///< Own columns of every front, column-major.
+  std::vector<std::size_t> panel_first_;
+  Eigen::Index size_ = 0;
+  Eigen::Index largest_boundary_ = 0;
+};
+
+}  // namespace annulus
