@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "base/surface_sample.h"
 #include "fitting/sample_screening.h"
+#include "fitting/section_topology.h"
 #include "fitting/surface_model.h"
 
 namespace annulus {
@@ -49,6 +50,7 @@ struct FitSummary {
   std::size_t used = 0;     ///< Not rejected.
   std::vector<RejectedSample> rejected;
   std::vector<ForegroundObject> foreground;
+  std::vector<SectionRegion> regions;  ///< By FitBody: where the scan is not one star-shaped loop.
   std::size_t coefficients = 0;
   double noise_sigma_mm = 0.0;        ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
   double rms_mm = 0.0;                ///< RMS residual of the used samples.

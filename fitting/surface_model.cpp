@@ -19,4 +19,10 @@ Knowledge KnowledgeMap::At(double theta, double z) const {
   return Cell(static_cast<std::size_t>(u) % columns_, std::min(static_cast<std::size_t>(v), rows_ - 1));
 }
 
+Eigen::Vector3d SurfaceSegment::Point(double theta, double z) const {
+  Eigen::Vector3d point = surface.Point(theta, z);
+  point.head<2>() += axis.At(z);
+  return point;
+}
+
 }  // namespace annulus

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <cstdint>
 #include <memory>
@@ -42,6 +43,16 @@ class KnowledgeMap {
   std::vector<Knowledge> cells_;
 };
 
+/// The straight line about which a segment is star-shaped, station frame: at height z it passes through (x, y) = At(z).
+struct SegmentAxis {
+  Eigen::Vector2d at_zero = Eigen::Vector2d::Zero();  ///< mm, where it meets z = 0.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();    ///< mm of x, y per mm of z.
+
+  [[nodiscard]] Eigen::Vector2d At(double z) const { return at_zero + z * slope; }
+  /// Whether it is the ring's own axis.
+  [[nodiscard]] bool IsRingAxis() const { return at_zero.isZero(0.0) && slope.isZero(0.0); }
+};
+
 /// One connected piece of a body's surface.
 struct SurfaceSegment {
   std::string name;       ///< "body" unless there are several.
@@ -53,6 +64,11 @@ struct SurfaceSegment {
   /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
   std::shared_ptr<const HierarchicalSpline> hierarchy{};
   Eigen::VectorXd active{};  ///< The hierarchy's coefficients, mm; empty without one.
+  /// The surface's theta and r are about this line; the main segment's is the ring's axis.
+  SegmentAxis axis{};
+
+  /// The point in the station frame, mm.
+  [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
 };
 
 /// Where a model came from. No path, host name or wall time.

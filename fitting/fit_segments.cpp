@@ -1,0 +1,247 @@
+#include "fitting/fit_segments.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "fitting/section_topology.h"
+#include "fitting/segment_axis.h"
+
+namespace annulus {
+namespace {
+
+constexpr double kMostBackward = 0.03;  // share of wrong-way steps above which a piece is not star-shaped
+constexpr double kWidestBridge = 40.0;  // mm; wider stretches that no sensor saw stay unknown in a further segment
+
+std::vector<SurfaceSample> Pick(std::span<const SurfaceSample> samples, std::span<const std::size_t> indices) {
+  std::vector<SurfaceSample> picked;
+  picked.reserve(indices.size());
+  for (const std::size_t k : indices) picked.push_back(samples[k]);
+  return picked;
+}
+
+/// A context that reports into a part of another's range.
+TaskContext PartOf(const TaskContext& context, double from, double to) {
+  TaskContext part;
+  part.stop = context.stop;
+  if (!context.progress) return part;
+  part.progress = [&context, from, to](std::string_view stage, double done, double total) {
+    const double share = total > 0.0 ? std::clamp(done / total, 0.0, 1.0) : 0.0;
+    context.progress(stage, from + (to - from) * share, 1.0);
+  };
+  return part;
+}
+
+/// Indices into a subset become indices into all samples.
+void Renumber(std::span<const std::size_t> indices, FitSummary& summary) {
+  for (RejectedSample& sample : summary.rejected) sample.index = indices[sample.index];
+}
+
+/// Makes unknown what lies in rows between `z_min` and `z_max`.
+void Forget(double z_min, double z_max, KnowledgeMap& map) {
+  const double height = (map.z_max() - map.z_min()) / static_cast<double>(map.rows());
+  for (std::size_t row = 0; row < map.rows(); ++row) {
+    const double z = map.z_min() + (static_cast<double>(row) + 0.5) * height;
+    if (z < z_min || z > z_max) continue;
+    for (std::size_t column = 0; column < map.columns(); ++column) map.SetCell(column, row, Knowledge::kUnknown);
+  }
+}
+
+/// Makes unknown the inferred cells of stretches around that are too wide to bridge: a limb is seen from one side.
+void ForgetUnseenSide(SurfaceSegment& segment) {
+  KnowledgeMap& map = segment.knowledge;
+  const std::size_t n = map.columns();
+  const double step = kTwoPi / static_cast<double>(n);
+  for (std::size_t row = 0; row < map.rows(); ++row) {
+    const double z =
+        map.z_min() + (static_cast<double>(row) + 0.5) * (map.z_max() - map.z_min()) / static_cast<double>(map.rows());
+    std::size_t first = 0;
+    while (first < n && map.Cell(first, row) != Knowledge::kMeasured) ++first;
+    std::vector<std::size_t> stretch;
+    double length = 0.0;
+    const auto end_stretch = [&] {
+      if (length > kWidestBridge) {
+        for (const std::size_t column : stretch) map.SetCell(column, row, Knowledge::kUnknown);
+      }
+      stretch.clear();
+      length = 0.0;
+    };
+    for (std::size_t k = 1; k <= n; ++k) {
+      const std::size_t column = (first + k) % n;
+      if (first < n && map.Cell(column, row) == Knowledge::kMeasured) {
+        end_stretch();
+        continue;
+      }
+      stretch.push_back(column);
+      length += step * std::abs(segment.surface.Radius(static_cast<double>(column) * step, z));
+    }
+    end_stretch();
+  }
+}
+
+/// Adds a further segment's figures to the main one's.
+void Join(const FitSummary& part, FitSummary& all) {
+  const auto squares = [](const FitSummary& s) { return s.rms_mm * s.rms_mm * static_cast<double>(s.used); };
+  const double sum = squares(all) + squares(part);
+  all.used += part.used;
+  all.rms_mm = all.used > 0 ? std::sqrt(sum / static_cast<double>(all.used)) : 0.0;
+  all.rejected.insert(all.rejected.end(), part.rejected.begin(), part.rejected.end());
+  all.coefficients += part.coefficients;
+  all.effective_parameters += part.effective_parameters;
+  all.times.screening_s += part.times.screening_s;
+  all.times.solve_s += part.times.solve_s;
+  all.times.polish_s += part.times.polish_s;
+  all.times.knowledge_s += part.times.knowledge_s;
+}
+
+/// Fits one piece about an axis of its own.
+Result<FitResult> FitPart(std::span<const SurfaceSample> samples, const FitOptions& options,
+                          const TaskContext& context) {
+  const auto axis = FindSegmentAxis(samples);
+  if (!axis) return Fail(axis);
+  const double backward = BackwardShare(samples, *axis);
+  if (backward > kMostBackward) {
+    std::array<char, 80> seen{};
+    std::snprintf(seen.data(), seen.size(), "%.0f %% of it turn back about any straight axis", 100.0 * backward);
+    return Fail("fit a limb", seen.data(), "stretch it");
+  }
+  auto fit = FitSurface(SamplesAboutAxis(samples, *axis), options, context);
+  if (!fit) return fit;
+  SurfaceSegment& segment = fit->model.segments.front();
+  segment.axis = *axis;
+  ForgetUnseenSide(segment);
+  return fit;
+}
+
+void ListForeground(const SectionTopology& topology, FitSummary& summary) {
+  for (const SectionRegion& region : topology.regions) {
+    if (region.kind != RegionKind::kInFront) continue;
+    const double middle = WrapAngle(region.theta_from + 0.5 * WrapAngle(region.theta_to - region.theta_from));
+    summary.foreground.push_back({region.z_min, region.z_max, middle, region.samples});
+  }
+}
+
+/// What became of the regions that no piece was made of.
+void CompleteOutcomes(std::vector<SectionRegion>& regions) {
+  for (SectionRegion& region : regions) {
+    if (!region.outcome.empty()) continue;
+    switch (region.kind) {
+      case RegionKind::kOverhang:
+        region.outcome = "the body's surface goes on over it";
+        break;
+      case RegionKind::kUnseen:
+        region.outcome = "left open; inferred within 40 mm of what was seen";
+        break;
+      case RegionKind::kSeveralLoops:
+      case RegionKind::kAxisOutside:
+      case RegionKind::kInFront:
+        region.outcome = "not fitted: no piece of it is large enough to have a surface of its own";
+        break;
+    }
+  }
+}
+
+/// The fit of a body in several pieces.
+class BodyFit {
+ public:
+  BodyFit(std::span<const SurfaceSample> samples, SectionTopology topology)
+      : samples_(samples), topology_(std::move(topology)) {}
+
+  Status FitMain(const FitOptions& options, const TaskContext& context);
+  void FitParts(const FitOptions& options, const TaskContext& context);
+  FitResult Finish() &&;
+
+ private:
+  [[nodiscard]] double ShareOf(std::size_t count) const {
+    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, samples_.size()));
+  }
+
+  std::span<const SurfaceSample> samples_;
+  SectionTopology topology_;
+  FitResult result_;
+  double progress_ = 0.0;  ///< Share of the work that is done.
+};
+
+Status BodyFit::FitMain(const FitOptions& options, const TaskContext& context) {
+  std::vector<std::size_t> indices;
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    if (topology_.main[k] != 0) indices.push_back(k);
+  }
+  progress_ = ShareOf(indices.size());
+  auto fit = FitSurface(Pick(samples_, indices), options, PartOf(context, 0.0, progress_));
+  if (!fit) {
+    Error error = fit.error();
+    error.seen += " where the section is one loop around the ring's axis";
+    return tl::unexpected(std::move(error));
+  }
+  result_ = std::move(*fit);
+  Renumber(indices, result_.summary);
+  for (const SectionRegion& region : topology_.regions) {
+    const bool all_around = region.theta_from == 0.0 && region.theta_to == kTwoPi;
+    if (all_around) Forget(region.z_min, region.z_max, result_.model.segments.front().knowledge);
+  }
+  return {};
+}
+
+void BodyFit::FitParts(const FitOptions& options, const TaskContext& context) {
+  for (const SectionPart& part : topology_.parts) {
+    const double end = std::min(1.0, progress_ + ShareOf(part.samples.size()));
+    auto fit = FitPart(Pick(samples_, part.samples), options, PartOf(context, progress_, end));
+    progress_ = end;
+    std::string& outcome = topology_.regions[part.region].outcome;
+    if (!outcome.empty()) outcome += "; ";
+    if (!fit) {
+      outcome += part.name + " not fitted: " + fit.error().seen;
+      continue;
+    }
+    outcome += "fitted as segment " + part.name;
+    Renumber(part.samples, fit->summary);
+    Join(fit->summary, result_.summary);
+    SurfaceSegment segment = std::move(fit->model.segments.front());
+    segment.name = part.name;
+    result_.model.segments.push_back(std::move(segment));
+  }
+}
+
+FitResult BodyFit::Finish() && {
+  FitSummary& summary = result_.summary;
+  summary.samples = samples_.size();
+  std::sort(summary.rejected.begin(), summary.rejected.end(),
+            [](const RejectedSample& a, const RejectedSample& b) { return a.index < b.index; });
+  ListForeground(topology_, summary);
+  CompleteOutcomes(topology_.regions);
+  summary.regions = std::move(topology_.regions);
+  return std::move(result_);
+}
+
+}  // namespace
+
+Result<FitResult> FitBody(std::span<const SurfaceSample> samples, const FitOptions& options,
+                          const TaskContext& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  SectionTopology topology = FindSectionTopology(samples, SampleGrid(samples));
+  const double topology_s = elapsed();
+  if (topology.IsOneLoop()) {
+    auto fit = FitSurface(samples, options, context);
+    if (!fit) return fit;
+    CompleteOutcomes(topology.regions);
+    fit->summary.regions = std::move(topology.regions);
+    fit->summary.times.screening_s += topology_s;
+    fit->summary.times.total_s += topology_s;
+    return fit;
+  }
+  BodyFit body(samples, std::move(topology));
+  RETURN_IF_ERROR(body.FitMain(options, context));
+  body.FitParts(options, context);
+  FitResult result = std::move(body).Finish();
+  result.summary.times.screening_s += topology_s;
+  result.summary.times.total_s = elapsed();
+  context.Report("fitting", 1.0, 1.0);
+  return result;
+}
+
+}  // namespace annulus
