@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "fitting/cell_grid.h"
+#include "fitting/paper_fit.h"
 #include "fitting/roughness.h"
 #include "fitting/smoothing_choice.h"
 #include "fitting/spline_system.h"
@@ -298,6 +299,7 @@ std::string FitSummary::BriefReport() const {
 
 Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOptions& options,
                              const TaskContext& context) {
+  if (options.method == FitMethod::kPaper) return FitPaper(samples, options, context);
   Stopwatch total;
   Stopwatch watch;
   FitSummary summary;
@@ -351,15 +353,14 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   summary.termination = polish.termination;
   FillSummary(samples, screening, summary);
 
-  SurfaceSegment segment{"body",
-                         solved->basis->Surface(polish.coefficients),
-                         KnowledgeMap(),
-                         system.NormalMatrix(solved->weights, factors),
-                         std::move(solved->basis),
-                         std::move(polish.coefficients)};
+  SurfaceSegment segment{
+      "body", solved->basis->Surface(polish.coefficients), KnowledgeMap(), {}, nullptr, std::move(polish.coefficients)};
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);
   summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = total.Lap();
+  segment.normal_matrix = system.NormalMatrix(solved->weights, factors);
+  segment.hierarchy = std::move(solved->basis);
+  summary.times.sigma_s = watch.Lap();
 
   FitResult result;
   result.model.segments.push_back(std::move(segment));

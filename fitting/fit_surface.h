@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "base/surface_sample.h"
+#include "fitting/paper_model.h"
 #include "fitting/sample_screening.h"
 #include "fitting/section_topology.h"
 #include "fitting/surface_model.h"
@@ -18,6 +21,7 @@ namespace annulus {
 enum class FitMethod {
   kAdaptive,  ///< Local smoothing weights from the data.
   kUniform,   ///< One smoothing weight for the whole surface, chosen by generalised cross-validation.
+  kPaper,     ///< Paper 001, §2, to the letter: see FitPaper (fitting/paper_fit.h).
 };
 
 /// What a caller can choose. The defaults need no tuning.
@@ -40,17 +44,23 @@ struct FitTimes {
   double solve_s = 0.0;
   double polish_s = 0.0;
   double knowledge_s = 0.0;
-  double total_s = 0.0;
+  double total_s = 0.0;  ///< From the samples to the coefficients: all of the above.
+  double sigma_s = 0.0;  ///< What the uncertainty takes on top.
 };
 
 /// What the fit did and how well it went.
 struct FitSummary {
+  static constexpr std::uint8_t kNoSegment = 255;
+
   std::string termination;  ///< "converged", or why it stopped.
   std::size_t samples = 0;  ///< Given.
   std::size_t used = 0;     ///< Not rejected.
   std::vector<RejectedSample> rejected;
   std::vector<ForegroundObject> foreground;
   std::vector<SectionRegion> regions;  ///< By FitBody: where the scan is not one star-shaped loop.
+  /// By FitBody, if there are several segments or regions left out: for each sample its index into the model's
+  /// segments, or kNoSegment if it was rejected or left out. Empty: the first segment holds all that is not rejected.
+  std::vector<std::uint8_t> segment_of_sample;
   std::size_t coefficients = 0;
   double noise_sigma_mm = 0.0;        ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
   double rms_mm = 0.0;                ///< RMS residual of the used samples.
@@ -60,6 +70,7 @@ struct FitSummary {
   double cost_end = 0.0;
   int iterations = 0;  ///< Of the polish.
   FitTimes times;
+  std::optional<PaperSections> paper;  ///< kPaper only: the sections that its knots came from.
 
   /// One line for a terminal or a log.
   [[nodiscard]] std::string BriefReport() const;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/ensure.h"
+
 namespace annulus {
 namespace {
 
@@ -91,34 +93,131 @@ template <int Bytes>
   return true;
 }
 
+template <int Bytes>
+[[gnu::always_inline]] inline void AddRows(const TensorRow* rows, std::size_t count, double* form) {
+  using Lanes = typename LaneType<Bytes>::Type;
+  constexpr std::size_t kStep = Bytes / sizeof(double);
+  constexpr std::size_t kParts = 16 / kStep;
+  for (std::size_t n = 0; n < count; ++n) {
+    const TensorRow& row = rows[n];
+    double outer[16];
+    for (std::size_t b = 0; b < 4; ++b) {
+      for (std::size_t a = 0; a < 4; ++a) outer[4 * b + a] = row.theta[a] * row.theta[b];
+    }
+    Lanes lanes[kParts];
+    for (std::size_t k = 0; k < kParts; ++k) lanes[k] = *reinterpret_cast<const Lanes*>(outer + kStep * k);
+    double* block = form;
+    for (std::size_t b = 0; b < 4; ++b) {
+      const double scaled = row.weight * row.z[b];
+      for (std::size_t a = 0; a <= b; ++a, block += 16) {
+        const double scale = scaled * row.z[a];
+        for (std::size_t k = 0; k < kParts; ++k) *reinterpret_cast<Lanes*>(block + kStep * k) += scale * lanes[k];
+      }
+    }
+  }
+}
+
+constexpr std::size_t kMaxActive = 256;  // of one leaf; more is impossible with three levels
+
+template <int Bytes>
+[[gnu::always_inline]] inline void Project(const double* form, const double* extraction, std::size_t count,
+                                           double* result, std::size_t stride) {
+  using Lanes = typename LaneType<Bytes>::Type;
+  constexpr std::size_t kStep = Bytes / sizeof(double);
+  const std::size_t padded = (count + kFrontLanes - 1) / kFrontLanes * kFrontLanes;
+  double transposed[16 * kMaxActive];
+  for (std::size_t k = 0; k < 16; ++k) {
+    for (std::size_t a = 0; a < count; ++a) transposed[k * padded + a] = extraction[16 * a + k];
+    for (std::size_t a = count; a < padded; ++a) transposed[k * padded + a] = 0.0;
+  }
+  for (std::size_t b = 0; b < count; ++b) {
+    Lanes half_lanes[16 / kStep] = {};
+    for (std::size_t k = 0; k < 16; ++k) {
+      const double weight = extraction[16 * b + k];
+      if (weight == 0.0) continue;
+      for (std::size_t p = 0; p < 16 / kStep; ++p) {
+        half_lanes[p] += weight * *reinterpret_cast<const Lanes*>(form + 16 * k + kStep * p);
+      }
+    }
+    double half[16];
+    std::memcpy(half, half_lanes, sizeof(half));
+    for (std::size_t a = 0; a < padded; a += kStep) {
+      Lanes sum = {};
+      for (std::size_t k = 0; k < 16; ++k)
+        sum += half[k] * *reinterpret_cast<const Lanes*>(transposed + k * padded + a);
+      *reinterpret_cast<Lanes*>(result + b * stride + a) = sum;
+    }
+  }
+}
+
+/// One set of the kernels, for one vector unit.
+struct Kernels {
+  bool (*eliminate)(const Block& panel, std::size_t rows, std::size_t own, const Block& rest);
+  void (*add_rows)(const TensorRow* rows, std::size_t count, double* form);
+  void (*project)(const double* form, const double* extraction, std::size_t count, double* result, std::size_t stride);
+};
+
+constexpr Kernels kNarrow{
+    [](const Block& panel, std::size_t rows, std::size_t own, const Block& rest) {
+      return Eliminate<16>(panel, rows, own, rest);
+    },
+    [](const TensorRow* rows, std::size_t count, double* form) { AddRows<16>(rows, count, form); },
+    [](const double* form, const double* extraction, std::size_t count, double* result, std::size_t stride) {
+      Project<16>(form, extraction, count, result, stride);
+    }};
+
 #if defined(__x86_64__)
-// Multiplication and subtraction stay separate (-ffp-contract=off), so that wider units give the same bits.
+[[gnu::target("avx2")]] bool EliminateWide(const Block& panel, std::size_t rows, std::size_t own, const Block& rest) {
+  return Eliminate<64>(panel, rows, own, rest);
+}
+[[gnu::target("avx2")]] void AddRowsWide(const TensorRow* rows, std::size_t count, double* form) {
+  AddRows<32>(rows, count, form);
+}
+[[gnu::target("avx2")]] void ProjectWide(const double* form, const double* extraction, std::size_t count,
+                                         double* result, std::size_t stride) {
+  Project<32>(form, extraction, count, result, stride);
+}
+constexpr Kernels kWide{EliminateWide, AddRowsWide, ProjectWide};
+
 [[gnu::target("avx512f,avx512vl,avx512dq")]] bool EliminateWidest(const Block& panel, std::size_t rows, std::size_t own,
                                                                   const Block& rest) {
   return Eliminate<64>(panel, rows, own, rest);
 }
-[[gnu::target("avx2")]] bool EliminateWide(const Block& panel, std::size_t rows, std::size_t own, const Block& rest) {
-  return Eliminate<64>(panel, rows, own, rest);
+[[gnu::target("avx512f,avx512vl,avx512dq")]] void AddRowsWidest(const TensorRow* rows, std::size_t count,
+                                                                double* form) {
+  AddRows<64>(rows, count, form);
 }
+[[gnu::target("avx512f,avx512vl,avx512dq")]] void ProjectWidest(const double* form, const double* extraction,
+                                                                std::size_t count, double* result, std::size_t stride) {
+  Project<64>(form, extraction, count, result, stride);
+}
+constexpr Kernels kWidest{EliminateWidest, AddRowsWidest, ProjectWidest};
 #endif
 
-bool EliminateNarrow(const Block& panel, std::size_t rows, std::size_t own, const Block& rest) {
-  return Eliminate<16>(panel, rows, own, rest);
+const Kernels& ForThisProcessor() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+    return kWidest;
+  }
+  if (__builtin_cpu_supports("avx2")) return kWide;
+#endif
+  return kNarrow;
 }
 
 }  // namespace
 
 bool EliminateFront(double* panel, std::size_t panel_stride, std::size_t rows, std::size_t own, double* rest,
                     std::size_t rest_stride) {
-  const Block front{panel, panel_stride};
-  const Block schur{rest, rest_stride};
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
-    return EliminateWidest(front, rows, own, schur);
-  }
-  if (__builtin_cpu_supports("avx2")) return EliminateWide(front, rows, own, schur);
-#endif
-  return EliminateNarrow(front, rows, own, schur);
+  return ForThisProcessor().eliminate({panel, panel_stride}, rows, own, {rest, rest_stride});
+}
+
+void AddTensorRows(std::span<const TensorRow> rows, TensorForm& form) {
+  ForThisProcessor().add_rows(rows.data(), rows.size(), form.data());
+}
+
+void ProjectForm(const double* form, const double* extraction, std::size_t count, double* result, std::size_t stride) {
+  ENSURE(count <= kMaxActive, "a leaf has few active coefficients");
+  ForThisProcessor().project(form, extraction, count, result, stride);
 }
 
 }  // namespace annulus

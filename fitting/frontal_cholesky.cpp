@@ -81,25 +81,30 @@ class LeafAdder {
     }
     for (std::uint32_t k = 0; k < node.leaf_count; ++k) {
       const std::uint32_t leaf = tree_.leaf_order()[node.leaf_first + k];
-      const Eigen::MatrixXd& matrix = leaf_matrix(leaf);
-      const std::span<const std::uint32_t> active = basis_.Active(basis_.leaves()[leaf]);
+      const FrontalCholesky::LeafView matrix = leaf_matrix(leaf);
       places_.clear();
-      for (const std::uint32_t c : active) places_.push_back(local_[tree_.position()[c]]);
+      for (const std::uint32_t c : basis_.Active(basis_.leaves()[leaf])) {
+        places_.push_back({local_[tree_.position()[c]], static_cast<std::uint32_t>(places_.size())});
+      }
+      std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.in_front < b.in_front; });
       for (std::size_t b = 0; b < places_.size(); ++b) {
-        double* column = &front.At(places_[b], places_[b]) - places_[b];
-        for (std::size_t a = 0; a < places_.size(); ++a) {
-          if (places_[a] < places_[b]) continue;
-          column[places_[a]] += matrix(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
-        }
+        double* column = &front.At(places_[b].in_front, places_[b].in_front) - places_[b].in_front;
+        const double* from = matrix.data + places_[b].in_leaf * matrix.stride;
+        for (std::size_t a = b; a < places_.size(); ++a) column[places_[a].in_front] += from[places_[a].in_leaf];
       }
     }
   }
 
  private:
+  struct Place {
+    std::uint32_t in_front = 0;
+    std::uint32_t in_leaf = 0;
+  };
+
   const EliminationTree& tree_;
   const HierarchicalSpline& basis_;
-  std::vector<std::uint32_t> local_;   ///< By position.
-  std::vector<std::uint32_t> places_;  ///< Of one leaf's coefficients.
+  std::vector<std::uint32_t> local_;  ///< Place in the front, by position.
+  std::vector<Place> places_;         ///< Of one leaf's coefficients.
 };
 
 }  // namespace
@@ -140,63 +145,61 @@ std::optional<FrontalCholesky> FrontalCholesky::Factor(std::shared_ptr<const Eli
   return factor;
 }
 
-Eigen::VectorXd FrontalCholesky::SolveLower(const Eigen::VectorXd& b) const {
-  Eigen::VectorXd y(size_);
-  for (std::size_t c = 0; c < static_cast<std::size_t>(size_); ++c) {
-    y[static_cast<Eigen::Index>(tree_->position()[c])] = b[static_cast<Eigen::Index>(c)];
-  }
-  Eigen::VectorXd scratch(largest_boundary_);
+template <class Columns>
+Columns FrontalCholesky::Lower(const Columns& b) const {
+  Columns y(size_, b.cols());
+  for (Eigen::Index c = 0; c < size_; ++c) y.row(tree_->position()[static_cast<std::size_t>(c)]) = b.row(c);
+  Columns scratch(largest_boundary_, b.cols());
   for (std::size_t n = 0; n < tree_->nodes().size(); ++n) {
     const EliminationNode& node = tree_->nodes()[n];
     const auto own = static_cast<Eigen::Index>(node.own_count);
     const auto boundary = static_cast<Eigen::Index>(node.boundary_count);
-    auto below = scratch.head(boundary);
+    auto inside = y.middleRows(static_cast<Eigen::Index>(node.own_first), own);
+    auto below = scratch.topRows(boundary);
     below.setZero();
     for (Eigen::Index k = 0; k < own; ++k) {
       const double* column = Panel(n) + static_cast<std::size_t>(k) * PanelStride(node);
-      double& value = y[static_cast<Eigen::Index>(node.own_first) + k];
-      value /= column[k];
-      const Eigen::Map<const Eigen::VectorXd> inside(column + k + 1, own - k - 1);
-      const Eigen::Map<const Eigen::VectorXd> outside(column + own, boundary);
-      y.segment(static_cast<Eigen::Index>(node.own_first) + k + 1, own - k - 1) -= value * inside;
-      below += value * outside;
+      inside.row(k) /= column[k];
+      const Eigen::Map<const Eigen::VectorXd> own_part(column + k + 1, own - k - 1);
+      const Eigen::Map<const Eigen::VectorXd> boundary_part(column + own, boundary);
+      inside.bottomRows(own - k - 1).noalias() -= own_part.lazyProduct(inside.row(k));
+      below.noalias() += boundary_part.lazyProduct(inside.row(k));
     }
     const std::span<const std::uint32_t> positions = tree_->Boundary(node);
-    for (std::size_t k = 0; k < positions.size(); ++k) {
-      y[static_cast<Eigen::Index>(positions[k])] -= below[static_cast<Eigen::Index>(k)];
-    }
+    for (Eigen::Index k = 0; k < boundary; ++k) y.row(positions[static_cast<std::size_t>(k)]) -= below.row(k);
   }
   return y;
 }
 
-Eigen::VectorXd FrontalCholesky::SolveUpper(const Eigen::VectorXd& y) const {
-  Eigen::VectorXd x = y;
-  Eigen::VectorXd scratch(largest_boundary_);
+template <class Columns>
+Columns FrontalCholesky::Upper(const Columns& y) const {
+  Columns x = y;
+  Columns scratch(largest_boundary_, y.cols());
   for (std::size_t n = tree_->nodes().size(); n-- > 0;) {
     const EliminationNode& node = tree_->nodes()[n];
     const auto own = static_cast<Eigen::Index>(node.own_count);
     const std::span<const std::uint32_t> positions = tree_->Boundary(node);
-    auto above = scratch.head(static_cast<Eigen::Index>(positions.size()));
-    for (std::size_t k = 0; k < positions.size(); ++k) {
-      above[static_cast<Eigen::Index>(k)] = x[static_cast<Eigen::Index>(positions[k])];
-    }
+    const auto boundary = static_cast<Eigen::Index>(positions.size());
+    auto above = scratch.topRows(boundary);
+    for (Eigen::Index k = 0; k < boundary; ++k) above.row(k) = x.row(positions[static_cast<std::size_t>(k)]);
+    auto inside = x.middleRows(static_cast<Eigen::Index>(node.own_first), own);
     for (Eigen::Index k = own; k-- > 0;) {
       const double* column = Panel(n) + static_cast<std::size_t>(k) * PanelStride(node);
-      const Eigen::Map<const Eigen::VectorXd> inside(column + k + 1, own - k - 1);
-      const Eigen::Map<const Eigen::VectorXd> outside(column + own, above.size());
-      double& value = x[static_cast<Eigen::Index>(node.own_first) + k];
-      value -=
-          inside.dot(x.segment(static_cast<Eigen::Index>(node.own_first) + k + 1, own - k - 1)) + outside.dot(above);
-      value /= column[k];
+      const Eigen::Map<const Eigen::RowVectorXd> own_part(column + k + 1, own - k - 1);
+      const Eigen::Map<const Eigen::RowVectorXd> boundary_part(column + own, boundary);
+      inside.row(k) -= own_part.lazyProduct(inside.bottomRows(own - k - 1));
+      inside.row(k) -= boundary_part.lazyProduct(above);
+      inside.row(k) /= column[k];
     }
   }
-  Eigen::VectorXd unordered(size_);
-  for (std::size_t c = 0; c < static_cast<std::size_t>(size_); ++c) {
-    unordered[static_cast<Eigen::Index>(c)] = x[static_cast<Eigen::Index>(tree_->position()[c])];
-  }
+  Columns unordered(size_, y.cols());
+  for (Eigen::Index c = 0; c < size_; ++c) unordered.row(c) = x.row(tree_->position()[static_cast<std::size_t>(c)]);
   return unordered;
 }
 
-Eigen::VectorXd FrontalCholesky::Solve(const Eigen::VectorXd& b) const { return SolveUpper(SolveLower(b)); }
+Eigen::VectorXd FrontalCholesky::SolveLower(const Eigen::VectorXd& b) const { return Lower(b); }
+Eigen::VectorXd FrontalCholesky::SolveUpper(const Eigen::VectorXd& y) const { return Upper(y); }
+Eigen::VectorXd FrontalCholesky::Solve(const Eigen::VectorXd& b) const { return Upper(Lower(b)); }
+FrontalCholesky::FourColumns FrontalCholesky::Solve(const FourColumns& b) const { return Upper(Lower(b)); }
 
 }  // namespace annulus

@@ -16,8 +16,14 @@ namespace annulus {
 /// leaves' matrices go straight into the dense fronts of the elimination tree.
 class FrontalCholesky {
  public:
-  /// Gives a leaf's matrix over its active coefficients (HierarchicalSpline::Active), symmetric, both triangles.
-  using LeafMatrix = std::function<const Eigen::MatrixXd&(std::size_t leaf)>;
+  /// A leaf's matrix over its active coefficients (HierarchicalSpline::Active): symmetric, both triangles,
+  /// column-major.
+  struct LeafView {
+    const double* data = nullptr;
+    std::size_t stride = 0;
+  };
+  /// Gives the matrix of a leaf, valid until the next call.
+  using LeafMatrix = std::function<LeafView(std::size_t leaf)>;
 
   /// Factors Σ leaf matrices + ridge·I. Nothing if the sum is not positive definite. Borrows `tree` and the basis only
   /// during the call.
@@ -28,6 +34,9 @@ class FrontalCholesky {
   [[nodiscard]] Eigen::Index size() const { return size_; }
   /// A⁻¹ b.
   [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const;
+  /// A⁻¹ B for four right sides at once, in little more time than one.
+  using FourColumns = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
+  [[nodiscard]] FourColumns Solve(const FourColumns& b) const;
   /// L⁻¹ P b: in the order of elimination.
   [[nodiscard]] Eigen::VectorXd SolveLower(const Eigen::VectorXd& b) const;
   /// Pᵀ L⁻ᵀ y, for y in the order of elimination.
@@ -37,6 +46,11 @@ class FrontalCholesky {
 
  private:
   FrontalCholesky() = default;
+  /// One right side or four, by rows.
+  template <class Columns>
+  [[nodiscard]] Columns Lower(const Columns& b) const;
+  template <class Columns>
+  [[nodiscard]] Columns Upper(const Columns& y) const;
   [[nodiscard]] double* Panel(std::size_t node) { return panels_.data() + panel_first_[node]; }
   [[nodiscard]] const double* Panel(std::size_t node) const { return panels_.data() + panel_first_[node]; }
 

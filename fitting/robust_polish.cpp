@@ -21,7 +21,9 @@ class RobustCost final : public ceres::FirstOrderFunction {
              std::span<const double> scales)
       : system_(system), factor_(factor), start_(start), scales_(scales) {}
 
-  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const { return start_ + factor_.SolveUpper(y); }
+  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const {
+    return y.isZero(0.0) ? start_ : Eigen::VectorXd(start_ + factor_.SolveUpper(y));
+  }
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());

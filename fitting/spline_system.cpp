@@ -5,11 +5,11 @@
 #include <random>
 
 #include "base/ensure.h"
+#include "fitting/front_kernels.h"
 
 namespace annulus {
 namespace {
 
-constexpr int kProbes = 4;
 constexpr std::uint64_t kProbeSeed = 20'000'101;
 /// Share of the mean data weight of a coefficient that keeps coefficients over holes determined.
 constexpr double kRidge = 1e-9;
@@ -51,53 +51,37 @@ class SplineSystem::LeafEquations {
   }
 
   /// The leaf's matrix over its active coefficients; valid until the next call.
-  const Eigen::MatrixXd& Matrix(std::size_t l) {
+  FrontalCholesky::LeafView Matrix(std::size_t l) {
     const SplineLeaf& leaf = system_.basis_.leaves()[l];
-    CollectBlocks(l, leaf);
+    CollectRows(l, leaf);
+    form_.fill(0.0);
+    AddTensorRows(tensor_rows_, form_);
     for (std::size_t b = 0, pair = 0; b < 4; ++b) {
       for (std::size_t a = 0; a <= b; ++a, ++pair) {
-        const Eigen::Map<const Eigen::Matrix4d> block(blocks_.data() + 16 * pair);
-        const auto row = static_cast<Eigen::Index>(4 * a);
-        const auto column = static_cast<Eigen::Index>(4 * b);
-        local_.block<4, 4>(row, column) = block;
-        local_.block<4, 4>(column, row) = block;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const double* from = form_.data() + 16 * pair + 4 * k;
+          std::copy_n(from, 4, local_.data() + 16 * (4 * b + k) + 4 * a);
+          std::copy_n(from, 4, local_.data() + 16 * (4 * a + k) + 4 * b);
+        }
       }
     }
-    if (leaf.plain) {
-      matrix_ = local_;
-      return matrix_;
-    }
-    const HierarchicalSpline::Extraction extraction = system_.basis_.ExtractionOf(leaf);
-    half_.noalias() = local_ * extraction;
-    matrix_.noalias() = extraction.transpose() * half_;
-    return matrix_;
+    if (leaf.plain) return {local_.data(), 16};
+    const std::size_t stride = (leaf.count + kFrontLanes - 1) / kFrontLanes * kFrontLanes;
+    matrix_.resize(std::max(matrix_.size(), stride * leaf.count));
+    ProjectForm(local_.data(), system_.basis_.ExtractionOf(leaf).data(), leaf.count, matrix_.data(), stride);
+    return {matrix_.data(), stride};
   }
 
  private:
   static double HoleWeight(double step) { return std::pow(step / kHoleSlope, 2); }
 
-  /// blocks += weight · (z zᵀ) ⊗ (θ θᵀ): ten 4 × 4 blocks, symmetric each.
-  void AddOuter(const std::array<double, 4>& theta, const std::array<double, 4>& z, double weight) {
-    std::array<double, 16> square;
-    for (std::size_t b = 0; b < 4; ++b) {
-      for (std::size_t a = 0; a < 4; ++a) square[4 * b + a] = theta[a] * theta[b];
-    }
-    double* block = blocks_.data();
-    for (std::size_t b = 0; b < 4; ++b) {
-      for (std::size_t a = 0; a <= b; ++a, block += 16) {
-        const double scale = weight * z[a] * z[b];
-        for (std::size_t k = 0; k < 16; ++k) block[k] += scale * square[k];
-      }
-    }
-  }
-
-  void CollectBlocks(std::size_t l, const SplineLeaf& leaf) {
-    blocks_.fill(0.0);
+  void CollectRows(std::size_t l, const SplineLeaf& leaf) {
+    tensor_rows_.clear();
     const double scale = 1.0 / (system_.noise_sigma_ * system_.noise_sigma_);
     for (std::uint32_t k = system_.row_first_[l]; k < system_.row_first_[l + 1]; ++k) {
       const SampleRow& row = system_.rows_[k];
       const double factor = factors_.empty() ? 1.0 : factors_[k];
-      AddOuter(row.theta, row.z, scale * static_cast<double>(row.weight) * factor);
+      tensor_rows_.push_back({row.theta, row.z, scale * static_cast<double>(row.weight) * factor});
     }
     const CellGrid& cells = system_.cells_;
     for (std::uint32_t k = system_.cell_first_[l]; k < system_.cell_first_[l + 1]; ++k) {
@@ -107,12 +91,12 @@ class SplineSystem::LeafEquations {
       const CubicBasis& theta = theta_bases_[leaf.level][column];
       const CubicBasis& z = z_bases_[leaf.level][row];
       const CellBend& w = weights_.cells[cell];
-      AddOuter(theta.second, z.value, w.uu * uu_scale_);
-      AddOuter(theta.value, z.second, w.vv * vv_scale_);
-      AddOuter(theta.first, z.first, w.uv * uv_scale_);
+      tensor_rows_.push_back({theta.second, z.value, w.uu * uu_scale_});
+      tensor_rows_.push_back({theta.value, z.second, w.vv * vv_scale_});
+      tensor_rows_.push_back({theta.first, z.first, w.uv * uv_scale_});
       if (cells.count(column, row) > 0) continue;
-      AddOuter(theta.first, z.value, hole_theta_);
-      AddOuter(theta.value, z.first, hole_z_);
+      tensor_rows_.push_back({theta.first, z.value, hole_theta_});
+      tensor_rows_.push_back({theta.value, z.first, hole_z_});
     }
   }
 
@@ -122,10 +106,10 @@ class SplineSystem::LeafEquations {
   double uu_scale_ = 0.0, vv_scale_ = 0.0, uv_scale_ = 0.0, hole_theta_ = 0.0, hole_z_ = 0.0;
   std::vector<std::vector<CubicBasis>> theta_bases_;  ///< By level and column of cells.
   std::vector<std::vector<CubicBasis>> z_bases_;      ///< By level and row of cells.
-  alignas(64) std::array<double, 160> blocks_{};
-  Eigen::Matrix<double, 16, 16> local_;
-  Eigen::Matrix<double, 16, Eigen::Dynamic> half_;
-  Eigen::MatrixXd matrix_;
+  std::vector<TensorRow> tensor_rows_;
+  TensorForm form_{};
+  std::array<double, 256> local_{};  ///< 16 × 16
+  std::vector<double> matrix_;
 };
 
 SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& used, const CellGrid& cells)
@@ -235,7 +219,7 @@ std::optional<FrontalCholesky> SplineSystem::Factor(std::shared_ptr<const Elimin
   const double ridge =
       kRidge * static_cast<double>(rows_.size()) / static_cast<double>(basis_.size()) / (noise_sigma_ * noise_sigma_);
   return FrontalCholesky::Factor(
-      std::move(tree), basis_, [&](std::size_t l) -> const Eigen::MatrixXd& { return equations.Matrix(l); }, ridge);
+      std::move(tree), basis_, [&](std::size_t l) { return equations.Matrix(l); }, ridge);
 }
 
 Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& weights,
@@ -243,13 +227,13 @@ Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& w
   LeafEquations equations(*this, weights, factors);
   std::vector<Eigen::Triplet<double>> triplets;
   for (std::size_t l = 0; l < basis_.leaves().size(); ++l) {
-    const Eigen::MatrixXd& matrix = equations.Matrix(l);
+    const FrontalCholesky::LeafView matrix = equations.Matrix(l);
     const std::span<const std::uint32_t> active = basis_.Active(basis_.leaves()[l]);
     for (std::size_t b = 0; b < active.size(); ++b) {
       for (std::size_t a = 0; a < active.size(); ++a) {
         if (active[a] > active[b]) continue;
         triplets.emplace_back(static_cast<int>(active[a]), static_cast<int>(active[b]),
-                              matrix(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)));
+                              matrix.data[b * matrix.stride + a]);
       }
     }
   }
@@ -261,13 +245,15 @@ Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& w
 
 double EffectiveParameters(const SplineSystem& system, const FrontalCholesky& factor, std::span<const double> factors) {
   std::mt19937_64 engine(kProbeSeed);
+  FrontalCholesky::FourColumns signs(factor.size(), 4);
+  for (Eigen::Index k = 0; k < signs.size(); ++k) signs.data()[k] = (engine() & 1U) != 0U ? 1.0 : -1.0;
+  const FrontalCholesky::FourColumns solved = factor.Solve(signs);
   double sum = 0.0;
-  for (int probe = 0; probe < kProbes; ++probe) {
-    Eigen::VectorXd signs(factor.size());
-    for (Eigen::Index k = 0; k < signs.size(); ++k) signs[k] = (engine() & 1U) != 0U ? 1.0 : -1.0;
-    sum += factor.Solve(signs).dot(system.WeightedTranspose(system.Predict(signs), factors));
+  for (Eigen::Index probe = 0; probe < 4; ++probe) {
+    const Eigen::VectorXd column = signs.col(probe);
+    sum += solved.col(probe).dot(system.WeightedTranspose(system.Predict(column), factors));
   }
-  return sum / kProbes;
+  return sum / 4.0;
 }
 
 }  // namespace annulus

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "fitting/fit_segments.h"
 #include "render/plot.h"
 #include "station/command_line.h"
 
@@ -18,6 +19,35 @@ Json ForegroundToJson(const ForegroundObject& object) {
           {"z_max_mm", object.z_max},
           {"theta_deg", DegreesFromRadians(object.theta)},
           {"returns", object.samples}};
+}
+
+const char* NameOf(RegionKind kind) {
+  switch (kind) {
+    case RegionKind::kSeveralLoops:
+      return "several loops";
+    case RegionKind::kAxisOutside:
+      return "axis outside";
+    case RegionKind::kInFront:
+      return "in front";
+    case RegionKind::kOverhang:
+      return "overhang";
+    case RegionKind::kUnseen:
+      return "unseen";
+  }
+  return "";
+}
+
+Json RegionToJson(const SectionRegion& region) {
+  return {{"name", region.name},
+          {"kind", NameOf(region.kind)},
+          {"z_min_mm", region.z_min},
+          {"z_max_mm", region.z_max},
+          {"theta_from_deg", DegreesFromRadians(region.theta_from)},
+          {"theta_to_deg", DegreesFromRadians(region.theta_to)},
+          {"returns", region.samples},
+          {"share", region.share},
+          {"why", region.why},
+          {"outcome", region.outcome}};
 }
 
 /// Rows of a residual map: as many as leave hardly a row without a level, at most `most`.
@@ -36,6 +66,24 @@ Eigen::Index RowsFor(const std::vector<SurfaceSample>& samples, double height, E
   return std::clamp<Eigen::Index>(static_cast<Eigen::Index>(height / wide), 1, most);
 }
 
+/// The segment that each sample was used for; null for samples left out.
+std::vector<const SurfaceSegment*> SegmentOfSamples(const ScanFit& fit) {
+  const SurfaceModel& model = fit.fit.model;
+  std::vector<const SurfaceSegment*> segments(fit.samples.size(), &model.main());
+  const std::vector<std::uint8_t>& index = fit.fit.summary.segment_of_sample;
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    segments[k] = index[k] == FitSummary::kNoSegment ? nullptr : &model.segments[index[k]];
+  }
+  for (const RejectedSample& sample : fit.fit.summary.rejected) segments[sample.index] = nullptr;
+  return segments;
+}
+
+/// Measured minus surface, mm, away from the segment's axis.
+double ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
+  const Eigen::Vector2d from_axis = sample.Point().head<2>() - segment.axis.At(sample.z);
+  return from_axis.norm() - segment.surface.Radius(WrapAngle(std::atan2(from_axis.y(), from_axis.x())), sample.z);
+}
+
 }  // namespace
 
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
@@ -52,7 +100,7 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
     first_sweep = static_cast<std::uint16_t>(first_sweep + sweeps);
     hashes += (hashes.empty() ? "" : " ") + ScanHash(scan);
   }
-  auto fit = FitSurface(result.samples, options, context);
+  auto fit = FitBody(result.samples, options, context);
   if (!fit) return Fail(fit);
   result.fit = std::move(*fit);
   Provenance& provenance = result.fit.model.provenance;
@@ -78,7 +126,15 @@ Json FitReport(const ScanFit& fit) {
   for (const SurfaceSegment& segment : fit.fit.model.segments) {
     segments.push_back(
         {{"name", segment.name}, {"z_min_mm", segment.surface.z_min()}, {"z_max_mm", segment.surface.z_max()}});
+    if (!segment.axis.IsRingAxis()) {
+      const Eigen::Vector2d low = segment.axis.At(segment.surface.z_min());
+      const Eigen::Vector2d high = segment.axis.At(segment.surface.z_max());
+      segments.back()["axis_at_z_min_mm"] = {low.x(), low.y()};
+      segments.back()["axis_at_z_max_mm"] = {high.x(), high.y()};
+    }
   }
+  Json regions = Json::array();
+  for (const SectionRegion& region : s.regions) regions.push_back(RegionToJson(region));
   Json foreground = Json::array();
   for (const ForegroundObject& object : s.foreground) foreground.push_back(ForegroundToJson(object));
   return {{"termination", s.termination},
@@ -87,7 +143,8 @@ Json FitReport(const ScanFit& fit) {
             {"solve", s.times.solve_s},
             {"polish", s.times.polish_s},
             {"knowledge", s.times.knowledge_s},
-            {"total", s.times.total_s}}},
+            {"total", s.times.total_s},
+            {"sigma", s.times.sigma_s}}},
           {"method", fit.fit.model.provenance.method},
           {"samples", s.samples},
           {"used", s.used},
@@ -100,6 +157,7 @@ Json FitReport(const ScanFit& fit) {
           {"cost_end", s.cost_end},
           {"iterations", s.iterations},
           {"segments", segments},
+          {"regions", regions},
           {"foreground", foreground},
           {"rejected", rejected}};
 }
@@ -107,28 +165,32 @@ Json FitReport(const ScanFit& fit) {
 Result<RgbImage> ResidualImage(const ScanFit& fit) {
   constexpr Eigen::Index kColumns = 180;
   constexpr Eigen::Index kMaxRows = 360;
-  const SplineSurface& surface = fit.fit.model.main().surface;
-  const double height = surface.z_max() - surface.z_min();
+  double z_min = fit.fit.model.main().surface.z_min();
+  double z_max = fit.fit.model.main().surface.z_max();
+  for (const SurfaceSegment& segment : fit.fit.model.segments) {
+    z_min = std::min(z_min, segment.surface.z_min());
+    z_max = std::max(z_max, segment.surface.z_max());
+  }
+  const double height = z_max - z_min;
   const Eigen::Index rows = RowsFor(fit.samples, height, kMaxRows);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(rows, kColumns);
   Eigen::MatrixXd count = Eigen::MatrixXd::Zero(rows, kColumns);
-  std::vector<char> rejected(fit.samples.size(), 0);
-  for (const RejectedSample& sample : fit.fit.summary.rejected) rejected[sample.index] = 1;
+  const std::vector<const SurfaceSegment*> segment_of = SegmentOfSamples(fit);
   for (std::size_t k = 0; k < fit.samples.size(); ++k) {
-    if (rejected[k] != 0) continue;
+    if (segment_of[k] == nullptr) continue;
     const SurfaceSample& s = fit.samples[k];
     const auto column =
         static_cast<Eigen::Index>(std::lround(s.theta / kTwoPi * static_cast<double>(kColumns))) % kColumns;
-    const double down = (surface.z_max() - s.z) / height;  // row 0 is the top
+    const double down = (z_max - s.z) / height;  // row 0 is the top
     const auto row = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(down * static_cast<double>(rows)), 0, rows - 1);
-    sum(row, column) += s.radius - surface.Radius(s.theta, s.z);
+    sum(row, column) += ResidualOf(s, *segment_of[k]);
     count(row, column) += 1.0;
   }
   HeatMapStyle style;
   style.title = "Residuals: measured - surface";
   style.unit = "mm";
-  style.y_from = surface.z_min();
-  style.y_to = surface.z_max();
+  style.y_from = z_min;
+  style.y_to = z_max;
   style.minimum = -3.0 * std::max(fit.fit.summary.noise_sigma_mm, 0.1);
   style.maximum = -style.minimum;
   return RenderHeatMap((sum.array() / count.array()).matrix(), style);  // 0/0 is nan: drawn grey
