@@ -53,6 +53,8 @@ struct SegmentAxis {
   [[nodiscard]] bool IsRingAxis() const { return at_zero.isZero(0.0) && slope.isZero(0.0); }
 };
 
+struct PaperModel;  // fitting/paper_model.h
+
 /// One connected piece of a body's surface.
 struct SurfaceSegment {
   std::string name;       ///< "body" unless there are several.
@@ -64,6 +66,9 @@ struct SurfaceSegment {
   /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
   std::shared_ptr<const HierarchicalSpline> hierarchy{};
   Eigen::VectorXd active{};  ///< The hierarchy's coefficients, mm; empty without one.
+  /// The surface of `fit --method paper`, null for other fits; `surface` is then its tensor form (TensorFormOf), within
+  /// 0.01 mm of it. Shared by copies because it is large and immutable.
+  std::shared_ptr<const PaperModel> paper{};
   /// The surface's theta and r are about this line; the main segment's is the ring's axis.
   SegmentAxis axis{};
 

@@ -1,0 +1,301 @@
+#include "fitting/paper_knots.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/ensure.h"
+#include "fitting/paper_surface.h"
+
+namespace annulus {
+namespace {
+
+constexpr std::size_t kFewestClosedFeatures = 4;  // fewer leave a closed curve too few knots to be even at all
+
+/// |f'| at the known estimates as a polyline over two turns (closed) or the whole curve (open).
+struct Variation {
+  std::vector<double> x;
+  std::vector<double> speed;
+
+  /// |f'| at x: linear between estimates, the nearest one beyond them.
+  [[nodiscard]] double At(double where) const {
+    if (x.empty()) return 0.0;
+    const auto above = static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), where) - x.begin());
+    if (above == 0) return speed.front();
+    if (above == x.size()) return speed.back();
+    const double share = (where - x[above - 1]) / (x[above] - x[above - 1]);
+    return speed[above - 1] + share * (speed[above] - speed[above - 1]);
+  }
+};
+
+Variation VariationOf(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes) {
+  Variation variation;
+  for (int turn = samples.closed() ? -1 : 0; turn <= (samples.closed() ? 1 : 0); ++turn) {
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      if (!slopes[k].known) continue;
+      variation.x.push_back(samples.x[k] + turn * samples.period);
+      variation.speed.push_back(std::abs(slopes[k].first));
+    }
+  }
+  return variation;
+}
+
+/// Where the integral of a line from `a` to `b` over a length h reaches `area` (between 0 and the whole), from 0 to h.
+double InverseTrapezium(double a, double b, double h, double area) {
+  const double growth = (b - a) / h;
+  // area = a·t + growth·t²/2, in the form that does not cancel.
+  const double root = std::sqrt(std::max(0.0, a * a + 2.0 * growth * area));
+  return a + root > 0.0 ? std::min(h, 2.0 * area / (a + root)) : h;
+}
+
+/// Position of feature `k`, which may be one past the last of a closed curve.
+double FeatureAt(const KnotPlan& plan, std::size_t k) {
+  const std::size_t n = plan.features.size();
+  return plan.features[k % n].x + (k >= n ? plan.period : 0.0);
+}
+
+std::size_t GapsOf(const KnotPlan& plan) { return plan.closed() ? plan.features.size() : plan.features.size() - 1; }
+
+/// Knots by eq. 2.6.
+std::vector<double> KnotsByVariation(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
+                                     const KnotPlan& plan) {
+  std::vector<double> knots;
+  for (std::size_t gap = 0; gap < GapsOf(plan); ++gap) {
+    const double from = FeatureAt(plan, gap);
+    const auto between = SplitByVariation(samples, slopes, from, FeatureAt(plan, gap + 1));
+    knots.insert(knots.end(), {from, between[0], between[1]});
+  }
+  if (!plan.closed()) knots.push_back(plan.features.back().x);
+  return knots;
+}
+
+/// Knots with the features where they are and those between them where the sum of squared second differences of all
+/// knots is least: the evenest spacing that the features allow.
+std::vector<double> EvenestKnots(const KnotPlan& plan) {
+  const std::size_t gaps = GapsOf(plan);
+  const std::size_t n = 3 * gaps + (plan.closed() ? 0 : 1);
+  const auto unknowns = static_cast<Eigen::Index>(2 * gaps);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
+  for (std::size_t centre = plan.closed() ? 0 : 1; centre < (plan.closed() ? n : n - 1); ++centre) {
+    // One second difference: constant part and up to two unknowns.
+    double constant = 0.0;
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(unknowns);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t at = centre + n + k - 1;  // n is one turn
+      const double factor = k == 1 ? -2.0 : 1.0;
+      const double turn = plan.period * (static_cast<double>(at / n) - 1.0);
+      const std::size_t knot = at % n;
+      if (knot % 3 == 0) {
+        constant += factor * (plan.features[knot / 3].x + turn);
+      } else {
+        row[static_cast<Eigen::Index>(2 * (knot / 3) + knot % 3 - 1)] += factor;
+        constant += factor * turn;
+      }
+    }
+    normal += row * row.transpose();
+    right -= constant * row;
+  }
+  const Eigen::VectorXd free = normal.ldlt().solve(right);
+  std::vector<double> knots;
+  for (std::size_t k = 0; k < n; ++k) {
+    knots.push_back(k % 3 == 0 ? plan.features[k / 3].x : free[static_cast<Eigen::Index>(2 * (k / 3) + k % 3 - 1)]);
+  }
+  return knots;
+}
+
+bool Rises(const std::vector<double>& knots, double period) {
+  for (std::size_t k = 1; k < knots.size(); ++k) {
+    if (!(knots[k] > knots[k - 1])) return false;
+  }
+  return period == 0.0 || knots.back() < knots.front() + period;
+}
+
+bool Keeps(const std::vector<double>& knots, double period, const KnotRules& rules) {
+  return Rises(knots, period) && LeastSlope(knots, period) >= rules.least_slope;
+}
+
+std::vector<double> Blend(const std::vector<double>& a, const std::vector<double>& b, double share) {
+  std::vector<double> blended;
+  for (std::size_t k = 0; k < a.size(); ++k) blended.push_back(a[k] + share * (b[k] - a[k]));
+  return blended;
+}
+
+/// The sample nearest to x that is not beyond it.
+double SampleAt(const CurveSamples& samples, double x) {
+  const double wrapped = samples.closed() && x >= samples.period ? x - samples.period : x;
+  const auto above = std::upper_bound(samples.x.begin(), samples.x.end(), wrapped);
+  return above == samples.x.begin() ? samples.x.back() : *(above - 1);
+}
+
+void KeepMostSignificant(std::vector<FeaturePoint>& features, std::size_t most) {
+  if (features.size() <= most) return;
+  std::stable_sort(features.begin(), features.end(),
+                   [](const FeaturePoint& a, const FeaturePoint& b) { return a.significance > b.significance; });
+  features.resize(most);
+  std::sort(features.begin(), features.end(), [](const FeaturePoint& a, const FeaturePoint& b) { return a.x < b.x; });
+}
+
+/// Makes the ends of an open curve features; those that come too near go.
+void AddEnds(const CurveSamples& samples, std::vector<FeaturePoint>& features) {
+  const double first = samples.x[kSamplesPerFeatureGap - 1];
+  const double last = samples.x[samples.size() - kSamplesPerFeatureGap];
+  std::erase_if(features, [&](const FeaturePoint& f) { return f.x <= first || f.x >= last; });
+  features.insert(features.begin(), {FeatureKind::kEnd, samples.x.front(), 0.0});
+  features.push_back({FeatureKind::kEnd, samples.x.back(), 0.0});
+}
+
+/// Halves every stretch longer than `longest`.
+void HalveLongGaps(const CurveSamples& samples, double longest, KnotPlan& plan) {
+  if (plan.features.empty()) plan.features.push_back({FeatureKind::kAdded, samples.x.front(), 0.0});
+  for (std::size_t rounds = 0; rounds < samples.size(); ++rounds) {
+    std::size_t widest = 0;
+    double width = 0.0;
+    for (std::size_t gap = 0; gap < GapsOf(plan); ++gap) {
+      const double length = FeatureAt(plan, gap + 1) - FeatureAt(plan, gap);
+      if (length > width * (1.0 + 1e-9)) {
+        width = length;
+        widest = gap;
+      }
+    }
+    if (width <= longest * (1.0 + 1e-6)) return;
+    const double middle = SampleAt(samples, FeatureAt(plan, widest) + 0.5 * width);
+    const bool taken =
+        std::any_of(plan.features.begin(), plan.features.end(), [&](const FeaturePoint& f) { return f.x == middle; });
+    if (taken) return;  // too few samples to halve
+    plan.features.push_back({FeatureKind::kAdded, middle, 0.0});
+    std::sort(plan.features.begin(), plan.features.end(),
+              [](const FeaturePoint& a, const FeaturePoint& b) { return a.x < b.x; });
+  }
+}
+
+/// Removes the less significant feature of the closest pair; the ends of an open curve stay.
+void DropOne(KnotPlan& plan) {
+  const std::size_t n = plan.features.size();
+  std::optional<std::size_t> victim;
+  double shortest = 0.0;
+  for (std::size_t gap = 0; gap < GapsOf(plan); ++gap) {
+    const double length = FeatureAt(plan, gap + 1) - FeatureAt(plan, gap);
+    if (victim && length >= shortest) continue;
+    const std::size_t other = (gap + 1) % n;
+    const bool first_fixed = plan.features[gap].kind == FeatureKind::kEnd;
+    const bool second_fixed = plan.features[other].kind == FeatureKind::kEnd;
+    if (first_fixed && second_fixed) continue;
+    const bool first =
+        second_fixed || (!first_fixed && plan.features[gap].significance < plan.features[other].significance);
+    victim = first ? gap : other;
+    shortest = length;
+  }
+  ENSURE(victim.has_value(), "there is a feature to drop");
+  plan.features.erase(plan.features.begin() + static_cast<std::ptrdiff_t>(*victim));
+  ++plan.dropped;
+}
+
+/// Equally spaced features: always keeps the rules.
+void SpaceEqually(const CurveSamples& samples, const KnotRules& rules, KnotPlan& plan) {
+  const auto gaps = static_cast<std::size_t>(std::ceil(1.0 / rules.longest_gap));
+  plan.dropped += plan.features.size();
+  plan.features.clear();
+  const double from = samples.x.front();
+  const double length = plan.closed() ? plan.period : samples.x.back() - from;
+  for (std::size_t k = 0; k < gaps; ++k) {
+    plan.features.push_back(
+        {FeatureKind::kAdded, from + length * static_cast<double>(k) / static_cast<double>(gaps), 0.0});
+  }
+  if (!plan.closed()) {
+    plan.features.front().kind = FeatureKind::kEnd;
+    plan.features.push_back({FeatureKind::kEnd, samples.x.back(), 0.0});
+  }
+  plan.evened = 1.0;
+  plan.knots = EvenestKnots(plan);
+}
+
+}  // namespace
+
+std::array<double, 2> SplitByVariation(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes, double x0,
+                                       double x3) {
+  ENSURE(x0 < x3, "a gap has a length");
+  const Variation variation = VariationOf(samples, slopes);
+  std::vector<double> breaks{x0};
+  for (const double x : variation.x) {
+    if (x > x0 && x < x3) breaks.push_back(x);
+  }
+  breaks.push_back(x3);
+  std::vector<double> total{0.0};
+  for (std::size_t k = 1; k < breaks.size(); ++k) {
+    const double mean = 0.5 * (variation.At(breaks[k - 1]) + variation.At(breaks[k]));
+    total.push_back(total.back() + mean * (breaks[k] - breaks[k - 1]));
+  }
+  std::array<double, 2> split{x0 + (x3 - x0) / 3.0, x0 + 2.0 * (x3 - x0) / 3.0};
+  if (!(total.back() > 0.0) || !std::isfinite(total.back())) return split;
+  for (std::size_t part = 0; part < 2; ++part) {
+    const double wanted = total.back() * static_cast<double>(part + 1) / 3.0;
+    const auto above = std::lower_bound(total.begin() + 1, total.end() - 1, wanted);
+    const auto k = static_cast<std::size_t>(above - total.begin());
+    split[part] = breaks[k - 1] + InverseTrapezium(variation.At(breaks[k - 1]), variation.At(breaks[k]),
+                                                   breaks[k] - breaks[k - 1], wanted - total[k - 1]);
+  }
+  return split;
+}
+
+double LeastSlope(const std::vector<double>& knots, double period) {
+  const auto n = static_cast<Eigen::Index>(knots.size());
+  const bool closed = period > 0.0;
+  // Closed: the control points of what is left of the knots after a straight line, so that it is periodic.
+  const double step = closed ? period / static_cast<double>(n) : 0.0;
+  Eigen::MatrixXd left(n, 1);
+  for (Eigen::Index k = 0; k < n; ++k) left(k, 0) = knots[static_cast<std::size_t>(k)] - step * static_cast<double>(k);
+  const Eigen::MatrixXd control = closed ? ClosedControlPoints(left) : OpenControlPoints(left);
+  const auto slope = [&](Eigen::Index k) {  // at knot k
+    return closed ? step + 0.5 * (control((k + 1) % n, 0) - control((k + n - 1) % n, 0))
+                  : 0.5 * (control(k + 2, 0) - control(k, 0));
+  };
+  double least = 1.0;
+  for (Eigen::Index k = 0; k < (closed ? n : n - 1); ++k) {
+    const double from = knots[static_cast<std::size_t>(k)];
+    const double to = k + 1 < n ? knots[static_cast<std::size_t>(k + 1)] : knots.front() + period;
+    const double a = slope(k);
+    const double b = slope(k + 1);
+    // The slope over the interval is the parabola a + 2 (3 d - 2 a - b) t + 3 (a + b - 2 d) t².
+    const double d = to - from;
+    const double bend = 3.0 * (a + b - 2.0 * d);
+    double lowest = std::min(a, b);
+    if (bend > 0.0) {
+      const double vertex = -(3.0 * d - 2.0 * a - b) / bend;
+      if (vertex > 0.0 && vertex < 1.0) lowest = std::min(lowest, a - bend * vertex * vertex);
+    }
+    least = std::min(least, lowest / d);
+  }
+  return least;
+}
+
+KnotPlan PlaceKnots(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
+                    std::vector<FeaturePoint> features, const KnotRules& rules) {
+  constexpr std::size_t kSamplesPerFeature = 6;
+  ENSURE(samples.size() >= 2 * kSamplesPerFeature, "a curve has enough samples for knots");
+  KnotPlan plan;
+  plan.period = samples.period;
+  const std::size_t found = features.size();
+  KeepMostSignificant(features, std::min(rules.most_features, samples.size() / kSamplesPerFeature));
+  if (!plan.closed()) AddEnds(samples, features);
+  const std::size_t interior = features.size() - (plan.closed() ? 0 : 2);
+  plan.dropped = found - interior;
+  plan.features = std::move(features);
+  const double length = plan.closed() ? plan.period : samples.x.back() - samples.x.front();
+  HalveLongGaps(samples, rules.longest_gap * length, plan);
+  while (plan.features.size() >= (plan.closed() ? kFewestClosedFeatures : 3)) {
+    const std::vector<double> by_variation = KnotsByVariation(samples, slopes, plan);
+    const std::vector<double> evenest = EvenestKnots(plan);
+    for (int eighths = 0; eighths <= 8; ++eighths) {
+      plan.evened = eighths / 8.0;
+      plan.knots = Blend(by_variation, evenest, plan.evened);
+      if (Keeps(plan.knots, plan.period, rules)) return plan;
+    }
+    DropOne(plan);
+  }
+  SpaceEqually(samples, rules, plan);
+  return plan;
+}
+
+}  // namespace annulus
