@@ -11,8 +11,8 @@
 #include "fitting/cell_grid.h"
 #include "fitting/paper_fit.h"
 #include "fitting/roughness.h"
-#include "fitting/smoothing_choice.h"
 #include "fitting/spline_system.h"
+#include "fitting/uniform_fit.h"
 
 namespace annulus {
 namespace {
@@ -62,12 +62,6 @@ Status CheckEnough(const SampleGrid& grid, std::span<const SampleVerdict> verdic
                 "a ring scan needs at least 8 directions");
   }
   return {};
-}
-
-double MeanRadius(const std::vector<SampleRow>& rows) {
-  double sum = 0.0;
-  for (const SampleRow& row : rows) sum += row.radius;
-  return sum / static_cast<double>(rows.size());
 }
 
 /// What all stages of one fit share.
@@ -224,35 +218,6 @@ Result<SolvedSystem> Solve(const FitInput& input, std::unique_ptr<const Hierarch
   return solved;
 }
 
-/// A plain tensor basis over the cells' heights.
-std::unique_ptr<const HierarchicalSpline> TensorBasis(const CellGrid& cells, std::size_t theta_count,
-                                                      std::size_t z_intervals) {
-  return std::make_unique<const HierarchicalSpline>(
-      theta_count, UniformBreakpoints(cells.z_min(), cells.z_max(), z_intervals), RefinementFlags{});
-}
-
-/// Thin plate with the λ that cross-validation chooses on a tensor basis.
-Result<SmoothingChoice> ChooseThinPlate(const FitInput& input, const HierarchicalSpline& basis) {
-  const SplineSystem system(basis, {input.samples, input.use, input.noise}, input.cells);
-  return ChooseSmoothing(system, input.cells, MeanRadius(system.rows()));
-}
-
-/// One weight for the whole surface.
-Result<SolvedSystem> SolveUniform(const FitInput& input, const FitOptions& options, double& lambda) {
-  const std::size_t theta_count = options.theta_knots != 0 ? options.theta_knots : 48;
-  // With as many intervals as levels, a saw-tooth between the levels would be seen by neither data nor penalty.
-  const std::size_t resolved = input.cells.rows() * 4 / 5;
-  const std::size_t z_intervals = options.z_knots != 0 ? options.z_knots : std::min<std::size_t>(117, resolved);
-  auto basis = TensorBasis(input.cells, std::clamp<std::size_t>(theta_count, 8, 720),
-                           std::clamp<std::size_t>(z_intervals, 4, 2000));
-  const auto choice = ChooseThinPlate(input, *basis);
-  if (!choice) return Fail(choice);
-  lambda = choice->lambda;
-  const SplineSystem system(*basis, {input.samples, input.use, input.noise}, input.cells);
-  const RoughnessWeights weights = ThinPlateWeights(input.cells, MeanRadius(system.rows()), lambda);
-  return Solve(input, std::move(basis), weights);
-}
-
 /// Local weights on a hierarchy that is refined where the residuals are not noise: 4 × 4 cells, 2 × 2, 1 × 1.
 Result<SolvedSystem> SolveAdaptive(const FitInput& input, const TaskContext& context, double& lambda) {
   constexpr std::size_t kMaxCoarseTheta = 180;
@@ -286,6 +251,39 @@ void FillSummary(std::span<const SurfaceSample> samples, Screening& screening, F
   summary.foreground = std::move(screening.foreground);
 }
 
+/// The uniform method from the screened samples on (uniform_fit.h).
+Result<FitResult> FinishUniform(const UniformInput& input, const FitOptions& options, FitSummary summary) {
+  Stopwatch watch;
+  // With as many intervals as levels, a saw-tooth between the levels would be seen by neither data nor penalty.
+  const std::size_t resolved = std::min<std::size_t>(117, input.cells.rows() * 4 / 5);
+  auto fit = FitUniform(input, std::clamp<std::size_t>(options.theta_knots != 0 ? options.theta_knots : 48, 8, 720),
+                        std::clamp<std::size_t>(options.z_knots != 0 ? options.z_knots : resolved, 4, 2000));
+  if (!fit) return Fail(fit);
+  summary.coefficients = static_cast<std::size_t>(fit->surface.coefficients().size());
+  summary.lambda_theta = fit->smoothing.theta;
+  summary.lambda_z = fit->smoothing.z;
+  summary.effective_parameters = fit->effective_parameters;
+  summary.noise_sigma_mm = fit->noise_sigma_mm;
+  summary.rms_mm = fit->rms_mm;
+  summary.cost_start = fit->cost_start;
+  summary.cost_end = fit->cost_end;
+  summary.iterations = fit->iterations;
+  summary.termination = fit->termination;
+  summary.times.solve_s = watch.Lap();
+  SurfaceSegment segment{"body", fit->surface, BuildKnowledge(input.cells, fit->surface), {}, nullptr, {}};
+  summary.times.knowledge_s = watch.Lap();
+  summary.times.total_s = summary.times.screening_s + summary.times.solve_s + summary.times.knowledge_s;
+  segment.normal_matrix = fit->equations.UpperTriangle();
+  summary.times.sigma_s = watch.Lap();
+
+  FitResult result;
+  result.model.segments.push_back(std::move(segment));
+  result.model.noise_sigma_mm = summary.noise_sigma_mm;
+  result.model.provenance.method = "uniform";
+  result.summary = std::move(summary);
+  return result;
+}
+
 }  // namespace
 
 std::string FitSummary::BriefReport() const {
@@ -313,11 +311,16 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
                  CellGrid(samples, grid, screening.verdicts),
                  std::max(kSmallestNoise, EstimateNoise(samples, grid, screening.verdicts))};
   for (const SampleVerdict verdict : screening.verdicts) input.use.push_back(verdict == SampleVerdict::kGood ? 1 : 0);
+  FillSummary(samples, screening, summary);
   summary.times.screening_s = watch.Lap();
 
   context.Report("fitting", 0.1, 1.0);
-  auto solved = options.method == FitMethod::kUniform ? SolveUniform(input, options, summary.lambda)
-                                                      : SolveAdaptive(input, context, summary.lambda);
+  if (options.method == FitMethod::kUniform) {
+    auto result = FinishUniform({samples, screening.verdicts, input.cells, input.noise}, options, std::move(summary));
+    context.Report("fitting", 1.0, 1.0);
+    return result;
+  }
+  auto solved = SolveAdaptive(input, context, summary.lambda);
   if (!solved) return Fail(solved);
   const SplineSystem& system = *solved->system;
   summary.times.solve_s = watch.Lap();
@@ -351,7 +354,6 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   summary.cost_end = polish.cost_end;
   summary.iterations = polish.iterations;
   summary.termination = polish.termination;
-  FillSummary(samples, screening, summary);
 
   SurfaceSegment segment{
       "body", solved->basis->Surface(polish.coefficients), KnowledgeMap(), {}, nullptr, std::move(polish.coefficients)};
@@ -365,7 +367,7 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   FitResult result;
   result.model.segments.push_back(std::move(segment));
   result.model.noise_sigma_mm = summary.noise_sigma_mm;
-  result.model.provenance.method = options.method == FitMethod::kUniform ? "uniform" : "adaptive";
+  result.model.provenance.method = "adaptive";
   result.summary = std::move(summary);
   context.Report("fitting", 1.0, 1.0);
   return result;

@@ -20,7 +20,7 @@ namespace annulus {
 /// How smoothness is weighed.
 enum class FitMethod {
   kAdaptive,  ///< Local smoothing weights from the data.
-  kUniform,   ///< One smoothing weight for the whole surface, chosen by generalised cross-validation.
+  kUniform,   ///< One smoothing weight each way for the whole surface, chosen by restricted maximum likelihood.
   kPaper,     ///< Paper 001, §2, to the letter: see FitPaper (fitting/paper_fit.h).
 };
 
@@ -65,6 +65,8 @@ struct FitSummary {
   double noise_sigma_mm = 0.0;        ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
   double rms_mm = 0.0;                ///< RMS residual of the used samples.
   double lambda = 0.0;                ///< Thin-plate weight chosen by GCV for the pilot, mm².
+  double lambda_theta = 0.0;          ///< kUniform: weight of a squared second difference around, in samples of a cell.
+  double lambda_z = 0.0;              ///< The same upwards.
   double effective_parameters = 0.0;  ///< Trace of the hat matrix (Hutchinson estimate, fixed seed).
   double cost_start = 0.0;            ///< Robust cost before and after the polish.
   double cost_end = 0.0;

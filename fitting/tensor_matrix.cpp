@@ -1,15 +1,17 @@
 #include "fitting/tensor_matrix.h"
 
 #include <algorithm>
-#include <array>
+#include <type_traits>
 
 #include "base/ensure.h"
+#include "fitting/front_kernels.h"
 
 namespace annulus {
 namespace {
 
 constexpr std::ptrdiff_t kReach = TensorMatrix::kReach;
 constexpr std::size_t kVectors = 25;
+static_assert(std::is_same_v<TensorForm, std::array<double, 160>>);
 
 }  // namespace
 
@@ -18,7 +20,7 @@ TensorMatrix::TensorMatrix(std::size_t theta_count, std::size_t z_count)
   ENSURE(theta_count >= 8 && z_count >= 4, "a tensor matrix is wider than its couplings");
 }
 
-void TensorMatrix::AddForm(std::size_t theta_interval, std::size_t z_interval, const TensorForm& form) {
+void TensorMatrix::AddForm(std::size_t theta_interval, std::size_t z_interval, const std::array<double, 160>& form) {
   std::array<std::size_t, 4> column{};
   for (std::size_t p = 0; p < 4; ++p) column[p] = (theta_interval + theta_count_ - 1 + p) % theta_count_;
   const double* block = form.data();

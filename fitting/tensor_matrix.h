@@ -2,10 +2,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <array>
 #include <cstddef>
 #include <vector>
-
-#include "fitting/front_kernels.h"
 
 namespace annulus {
 
@@ -27,8 +26,8 @@ class TensorMatrix {
   /// 0. Those with j + dj >= z_count do not exist and are zero.
   [[nodiscard]] const double* Coupling(std::ptrdiff_t di, std::ptrdiff_t dj) const { return &entries_[At(di, dj)]; }
 
-  /// Adds a form over the 4 × 4 coefficients that act on one cell of the knots (front_kernels.h).
-  void AddForm(std::size_t theta_interval, std::size_t z_interval, const TensorForm& form);
+  /// Adds a form over the 4 × 4 coefficients that act on one cell of the knots (TensorForm of front_kernels.h).
+  void AddForm(std::size_t theta_interval, std::size_t z_interval, const std::array<double, 160>& form);
   /// Adds factor · z ⊗ theta, where `z` is symmetric with entries up to three from the diagonal, `theta` likewise and
   /// cyclic.
   void AddProduct(double factor, const Eigen::MatrixXd& z, const Eigen::MatrixXd& theta);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fitting/banded_cholesky.h"
+#include "fitting/front_kernels.h"
 
 namespace annulus {
 namespace {
@@ -148,15 +149,7 @@ Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count
   const UniformProblem problem(input, theta_count, z_intervals);
   UniformFit fit{SplineSurface(problem.basis().theta(), problem.basis().z(),
                                Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.basis().size()))),
-                 {},
-                 problem.ChooseSmoothing(),
-                 0.0,
-                 0.0,
-                 0.0,
-                 0.0,
-                 0.0,
-                 0,
-                 "converged"};
+                 TensorMatrix(theta_count, z_intervals + 3), problem.ChooseSmoothing()};
   const TensorMatrix penalty = problem.Penalty(fit.smoothing);
   TensorMatrix matrix = penalty;
   matrix.Add(problem.data(), 1.0);
@@ -186,7 +179,7 @@ Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count
   fit.effective_parameters = fit.smoothing.effective_parameters * problem.seen_share();
   fit.rms_mm = std::sqrt(squares / used);
   fit.noise_sigma_mm = std::sqrt(weighted / std::max(1.0, used - fit.effective_parameters));
-  fit.normal_matrix = matrix.UpperTriangle();
+  fit.equations = std::move(matrix);
   coefficients.array() += problem.mean_radius();
   fit.surface = SplineSurface(problem.basis().theta(), problem.basis().z(), std::move(coefficients));
   return fit;

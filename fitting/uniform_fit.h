@@ -1,8 +1,6 @@
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <string>
-#include <vector>
 
 #include "base/result.h"
 #include "fitting/spline_surface.h"
@@ -13,15 +11,15 @@ namespace annulus {
 /// What a uniform fit found.
 struct UniformFit {
   SplineSurface surface;
-  Eigen::SparseMatrix<double> normal_matrix;  ///< Upper triangle of Σ wfBᵀB/σ² + penalty at the solution.
-  SmoothingWeights smoothing;                 ///< Multiples of the weight of one cell's samples.
-  double effective_parameters = 0.0;          ///< Trace of the hat matrix of the complete grid, times the share seen.
-  double noise_sigma_mm = 0.0;                ///< sqrt(Σ f r²/(used − effective parameters)).
-  double rms_mm = 0.0;                        ///< Of the used samples' residuals.
-  double cost_start = 0.0;                    ///< Robust cost of the least-squares solution, and at the end.
+  TensorMatrix equations;             ///< Σ wfBᵀB/σ² + H + S at the solution.
+  SmoothingWeights smoothing;         ///< Multiples of the weight of one cell's samples.
+  double effective_parameters = 0.0;  ///< Trace of the hat matrix of the complete grid, times the share seen.
+  double noise_sigma_mm = 0.0;        ///< sqrt(Σ f r²/(used − effective parameters)).
+  double rms_mm = 0.0;                ///< Of the used samples' residuals.
+  double cost_start = 0.0;            ///< Robust cost of the least-squares solution, and at the end.
   double cost_end = 0.0;
   int iterations = 0;  ///< Of the robust steps; 0 when no residual is wild.
-  std::string termination;
+  std::string termination = "converged";
 };
 
 /// One uniform grid of knots, paper 001 eq. 2.2 with one smoothing weight each way:
