@@ -13,8 +13,9 @@
 namespace annulus {
 namespace {
 
-constexpr double kMostBackward = 0.03;  // share of wrong-way steps above which a piece is not star-shaped
-constexpr double kWidestBridge = 40.0;  // mm; wider stretches that no sensor saw stay unknown in a further segment
+constexpr double kLeastStarShaped = 0.7;   // share of a piece on levels that are star-shaped about its axis
+constexpr std::size_t kMostSegments = 32;  // more pieces than a body has limbs
+constexpr double kWidestBridge = 40.0;     // mm; wider stretches that no sensor saw stay unknown in a further segment
 
 std::vector<SurfaceSample> Pick(std::span<const SurfaceSample> samples, std::span<const std::size_t> indices) {
   std::vector<SurfaceSample> picked;
@@ -97,23 +98,34 @@ void Join(const FitSummary& part, FitSummary& all) {
   all.times.knowledge_s += part.times.knowledge_s;
 }
 
-/// Fits one piece about an axis of its own.
-Result<FitResult> FitPart(std::span<const SurfaceSample> samples, const FitOptions& options,
-                          const TaskContext& context) {
+/// One piece as it was fitted about an axis of its own.
+struct PartFit {
+  FitResult fit;
+  std::vector<std::size_t> samples;  ///< Those given to the fit, of all samples.
+};
+
+Result<PartFit> FitPart(std::span<const SurfaceSample> all, const SectionPart& part, const FitOptions& options,
+                        const TaskContext& context) {
+  const std::vector<SurfaceSample> samples = Pick(all, part.samples);
   const auto axis = FindSegmentAxis(samples);
   if (!axis) return Fail(axis);
-  const double backward = BackwardShare(samples, *axis);
-  if (backward > kMostBackward) {
-    std::array<char, 80> seen{};
-    std::snprintf(seen.data(), seen.size(), "%.0f %% of it turn back about any straight axis", 100.0 * backward);
-    return Fail("fit a limb", seen.data(), "stretch it");
+  const std::vector<char> fits = StarShapedLevels(samples, *axis);
+  PartFit result;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (fits[k] != 0) result.samples.push_back(part.samples[k]);
   }
-  auto fit = FitSurface(SamplesAboutAxis(samples, *axis), options, context);
-  if (!fit) return fit;
-  SurfaceSegment& segment = fit->model.segments.front();
+  const auto kept = static_cast<double>(result.samples.size());
+  if (kept < kLeastStarShaped * static_cast<double>(samples.size())) {
+    return Fail("fit a limb", "on too many levels it turns back about any axis through it", "stretch it");
+  }
+  auto fit = FitSurface(SamplesAboutAxis(Pick(all, result.samples), *axis), options, context);
+  if (!fit) return Fail(fit);
+  result.fit = std::move(*fit);
+  SurfaceSegment& segment = result.fit.model.segments.front();
+  segment.name = part.name;
   segment.axis = *axis;
   ForgetUnseenSide(segment);
-  return fit;
+  return result;
 }
 
 void ListForeground(const SectionTopology& topology, FitSummary& summary) {
@@ -138,7 +150,7 @@ void CompleteOutcomes(std::vector<SectionRegion>& regions) {
       case RegionKind::kSeveralLoops:
       case RegionKind::kAxisOutside:
       case RegionKind::kInFront:
-        region.outcome = "not fitted: no piece of it is large enough to have a surface of its own";
+        region.outcome = "not fitted: no piece of it is large enough for a surface of its own";
         break;
     }
   }
@@ -152,6 +164,7 @@ class BodyFit {
 
   Status FitMain(const FitOptions& options, const TaskContext& context);
   void FitParts(const FitOptions& options, const TaskContext& context);
+  void Add(PartFit part);
   FitResult Finish() &&;
 
  private:
@@ -179,6 +192,8 @@ Status BodyFit::FitMain(const FitOptions& options, const TaskContext& context) {
   }
   result_ = std::move(*fit);
   Renumber(indices, result_.summary);
+  result_.summary.segment_of_sample.assign(samples_.size(), FitSummary::kNoSegment);
+  for (const std::size_t k : indices) result_.summary.segment_of_sample[k] = 0;
   for (const SectionRegion& region : topology_.regions) {
     const bool all_around = region.theta_from == 0.0 && region.theta_to == kTwoPi;
     if (all_around) Forget(region.z_min, region.z_max, result_.model.segments.front().knowledge);
@@ -188,27 +203,45 @@ Status BodyFit::FitMain(const FitOptions& options, const TaskContext& context) {
 
 void BodyFit::FitParts(const FitOptions& options, const TaskContext& context) {
   for (const SectionPart& part : topology_.parts) {
+    if (result_.model.segments.size() >= kMostSegments) break;
     const double end = std::min(1.0, progress_ + ShareOf(part.samples.size()));
-    auto fit = FitPart(Pick(samples_, part.samples), options, PartOf(context, progress_, end));
+    auto fitted = FitPart(samples_, part, options, PartOf(context, progress_, end));
     progress_ = end;
     std::string& outcome = topology_.regions[part.region].outcome;
     if (!outcome.empty()) outcome += "; ";
-    if (!fit) {
-      outcome += part.name + " not fitted: " + fit.error().seen;
+    if (!fitted) {
+      outcome += part.name + " not fitted: " + fitted.error().seen;
       continue;
     }
     outcome += "fitted as segment " + part.name;
-    Renumber(part.samples, fit->summary);
-    Join(fit->summary, result_.summary);
-    SurfaceSegment segment = std::move(fit->model.segments.front());
-    segment.name = part.name;
-    result_.model.segments.push_back(std::move(segment));
+    const std::size_t left_out = part.samples.size() - fitted->samples.size();
+    if (left_out > 0) outcome += ", not fitted: " + std::to_string(left_out) + " returns of levels that turn back";
+    Add(std::move(*fitted));
   }
+}
+
+void BodyFit::Add(PartFit part) {
+  Renumber(part.samples, part.fit.summary);
+  Join(part.fit.summary, result_.summary);
+  for (const std::size_t k : part.samples) {
+    result_.summary.segment_of_sample[k] = static_cast<std::uint8_t>(result_.model.segments.size());
+  }
+  result_.model.segments.push_back(std::move(part.fit.model.segments.front()));
 }
 
 FitResult BodyFit::Finish() && {
   FitSummary& summary = result_.summary;
   summary.samples = samples_.size();
+  for (const RejectedSample& sample : summary.rejected) {
+    summary.segment_of_sample[sample.index] = FitSummary::kNoSegment;
+  }
+  std::vector<char> is_rejected(samples_.size(), 0);
+  for (const RejectedSample& sample : summary.rejected) is_rejected[sample.index] = 1;
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    if (summary.segment_of_sample[k] != FitSummary::kNoSegment || is_rejected[k] != 0) continue;
+    summary.rejected.push_back({k, SampleVerdict::kUnfitted});
+  }
+  summary.used = summary.samples - summary.rejected.size();
   std::sort(summary.rejected.begin(), summary.rejected.end(),
             [](const RejectedSample& a, const RejectedSample& b) { return a.index < b.index; });
   ListForeground(topology_, summary);

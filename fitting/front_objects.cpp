@@ -93,6 +93,18 @@ void Claim(const RingImage& image, std::vector<std::size_t>& cells, std::vector<
   std::sort(cells.begin(), cells.end());
 }
 
+/// Whether the next thing seen counter-clockwise of a cell of an object is the main surface, or nothing is near.
+bool EndsArc(const RingImage& image, const std::vector<std::uint8_t>& marks, std::size_t cell) {
+  constexpr std::ptrdiff_t kLost = 4;  // columns; so many returns may be lost or wild within an arc
+  const std::size_t row = cell / image.columns();
+  for (std::ptrdiff_t ahead = 1; ahead <= kLost; ++ahead) {
+    const std::size_t column = image.grid().Column(cell % image.columns(), ahead);
+    if (marks[image.Index(row, column)] == kTaken) return false;
+    if (image.IsSeen(row, column)) return true;
+  }
+  return true;
+}
+
 /// Where the object is several arcs with the main surface between them.
 void FindFingers(const RingImage& image, const std::vector<std::uint8_t>& marks, FrontObject& object) {
   std::vector<std::pair<double, std::size_t>> parted;  // height and arcs of the rows that have several
@@ -100,12 +112,7 @@ void FindFingers(const RingImage& image, const std::vector<std::uint8_t>& marks,
     const std::size_t row = object.cells[k] / image.columns();
     std::size_t arcs = 0;
     for (; k < object.cells.size() && object.cells[k] / image.columns() == row; ++k) {
-      // The next seen cell counter-clockwise tells whether the arc ends here.
-      const std::size_t column = object.cells[k] % image.columns();
-      std::ptrdiff_t ahead = 1;
-      const auto none = [&] { return std::isnan(image.RawRadius(row, image.grid().Column(column, ahead))); };
-      while (ahead <= kReach && none()) ++ahead;
-      if (marks[image.Index(row, image.grid().Column(column, ahead))] != kTaken) ++arcs;
+      if (EndsArc(image, marks, object.cells[k])) ++arcs;
     }
     if (arcs > 1) parted.emplace_back(image.z(row), arcs);
   }
@@ -114,7 +121,7 @@ void FindFingers(const RingImage& image, const std::vector<std::uint8_t>& marks,
   for (std::size_t k = 0; k < parted.size();) {
     std::size_t end = k + 1;
     while (end < parted.size() && parted[end].first - parted[end - 1].first <= kSameHand) ++end;
-    if (end - k >= 2) {
+    if (end - k >= kFewestRows && parted[end - 1].first - parted[k].first >= kSameHand) {
       object.fingers_z_min = parted[k].first;
       object.fingers_z_max = parted[end - 1].first;
       for (std::size_t n = k; n < end; ++n) object.fingers = std::max(object.fingers, parted[n].second);

@@ -15,6 +15,7 @@ enum class SampleVerdict : std::uint8_t {
   kGood,
   kOutlier,     ///< Stands alone, away from its neighbours.
   kForeground,  ///< Belongs to something in front of the main surface (an arm before the torso).
+  kUnfitted,    ///< Belongs to a part that has no surface of its own (a hand's fingers); given by FitBody only.
 };
 
 /// Thresholds of the screening, mm. They are sizes on a body, not noise scales: a return that is

@@ -143,9 +143,9 @@ void AppendArc(const RingImage& image, std::size_t row, const Arc& arc, const st
                Track& track) {
   for (std::size_t column = arc.from;; column = image.grid().Column(column, 1)) {
     const std::size_t cell = image.Index(row, column);
-    if (image.IsSeen(row, column) && in_front[cell] == 0) {
+    if (!std::isnan(image.RawRadius(row, column)) && in_front[cell] == 0) {
       track.cells.push_back(cell);
-      track.x += image.Radius(row, column) * std::cos(image.theta(column));
+      track.x += image.RawRadius(row, column) * std::cos(image.theta(column));
     }
     if (column == arc.to) break;
   }
@@ -370,6 +370,15 @@ SectionTopology Assembly::Finish(std::vector<LevelView> views) && {
 }
 
 }  // namespace
+
+std::string SectionRegion::BriefReport() const {
+  std::string line = name + Text(", z %.0f to %.0f mm", z_min, z_max);
+  const bool all_around = theta_from == 0.0 && theta_to == kTwoPi;
+  if (!all_around)
+    line += Text(", theta %.0f to %.0f deg", DegreesFromRadians(theta_from), DegreesFromRadians(theta_to));
+  line += ": " + why;
+  return outcome.empty() ? line : line + "; " + outcome;
+}
 
 bool SectionTopology::IsOneLoop() const { return std::find(main.begin(), main.end(), 0) == main.end(); }
 

@@ -41,6 +41,9 @@ struct SectionRegion {
   double share = 0.0;       ///< Of the scan's usable returns, 0 … 1.
   std::string why;          ///< What was seen.
   std::string outcome;      ///< What the fit did with it; see FitBody. Empty before a fit.
+
+  /// One line: name, where, why, outcome.
+  [[nodiscard]] std::string BriefReport() const;
 };
 
 /// A piece that is to be fitted about an axis of its own.

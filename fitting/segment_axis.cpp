@@ -10,82 +10,6 @@
 namespace annulus {
 namespace {
 
-constexpr double kHuber = 10.0;  // mm
-
-using Parameters = Eigen::Matrix<double, 6, 1>;
-
-/// A cone about a slanted line, with t = (z - middle) / half height in [-1, 1]: centre (p0 + p1 t, p2 + p3 t), radius
-/// p4 + p5 t, all in mm.
-struct Cone {
-  Parameters p = Parameters::Zero();
-  double middle = 0.0;
-  double half = 1.0;
-
-  [[nodiscard]] double T(double z) const { return (z - middle) / half; }
-  /// Distance from the cone in the horizontal plane, mm, outside positive; and its derivative by p.
-  [[nodiscard]] double Residual(const SurfaceSample& sample, Parameters& derivative) const {
-    const double t = T(sample.z);
-    const Eigen::Vector3d point = sample.Point();
-    const Eigen::Vector2d d(point.x() - p[0] - p[1] * t, point.y() - p[2] - p[3] * t);
-    const double length = std::max(d.norm(), 1e-9);
-    derivative << -d.x() / length, -d.x() / length * t, -d.y() / length, -d.y() / length * t, -1.0, -t;
-    return length - p[4] - p[5] * t;
-  }
-  [[nodiscard]] SegmentAxis Axis() const {
-    SegmentAxis axis;
-    axis.slope = Eigen::Vector2d(p[1], p[3]) / half;
-    axis.at_zero = Eigen::Vector2d(p[0], p[2]) - middle * axis.slope;
-    return axis;
-  }
-};
-
-/// The line through the middle of the points, moved away from the ring by as much as the arc is wide.
-Cone Start(std::span<const SurfaceSample> samples, double z_min, double z_max) {
-  Cone cone;
-  cone.middle = 0.5 * (z_min + z_max);
-  cone.half = 0.5 * (z_max - z_min);
-  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d sums = Eigen::Matrix2d::Zero();  // rows: 1, t; columns: x, y
-  for (const SurfaceSample& sample : samples) {
-    const Eigen::Vector2d basis(1.0, cone.T(sample.z));
-    moments += basis * basis.transpose();
-    sums += basis * sample.Point().head<2>().transpose();
-  }
-  const Eigen::Matrix2d line = moments.ldlt().solve(sums);
-  const Eigen::Vector2d outward = line.row(0).transpose().normalized();
-  double across = 0.0;  // spread along the tangent, mm²
-  for (const SurfaceSample& sample : samples) {
-    const Eigen::Vector2d off = sample.Point().head<2>() - (line.row(0) + cone.T(sample.z) * line.row(1)).transpose();
-    const double along = off.x() * outward.y() - off.y() * outward.x();
-    across += along * along / static_cast<double>(samples.size());
-  }
-  const double radius = 1.4 * std::sqrt(across);  // a half circle's sd across is radius/√2
-  cone.p << line(0, 0) - 0.6 * radius * outward.x(), line(1, 0), line(0, 1) - 0.6 * radius * outward.y(), line(1, 1),
-      radius, 0.0;
-  return cone;
-}
-
-/// Robust cost and the Gauss–Newton system at `cone`.
-struct Step {
-  double cost = 0.0;
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Parameters gradient = Parameters::Zero();
-};
-
-Step Linearise(std::span<const SurfaceSample> samples, const Cone& cone) {
-  Step step;
-  Parameters derivative;
-  for (const SurfaceSample& sample : samples) {
-    const double e = cone.Residual(sample, derivative);
-    const double size = std::abs(e);
-    const double weight = size <= kHuber ? 1.0 : kHuber / size;
-    step.cost += size <= kHuber ? 0.5 * e * e : kHuber * (size - 0.5 * kHuber);
-    step.normal += weight * derivative * derivative.transpose();
-    step.gradient += weight * e * derivative;
-  }
-  return step;
-}
-
 /// Samples of one level after the other, on a level by theta from the middle of the piece.
 std::vector<std::size_t> LevelOrder(std::span<const SurfaceSample> samples) {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
@@ -110,42 +34,86 @@ double AngleAbout(const SurfaceSample& sample, const SegmentAxis& axis) {
   return std::atan2(d.y(), d.x());
 }
 
+/// The middle of what was seen of a limb on one level.
+struct LevelCentre {
+  double z = 0.0;  ///< mm
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+};
+
+/// Middles of the levels, by height. The arc seen on a level has a chord of half length h and a height s over it; a
+/// circle has its centre (h² + s²)/(2 s) behind the top of the arc. Where little was seen that is a guess at what is
+/// hidden, and it is not followed further than 2 s. (The middle of the chord, s, would see the ends of the arc at a
+/// grazing angle.)
+std::vector<LevelCentre> CentresOfLevels(std::span<const SurfaceSample> samples) {
+  constexpr double kShortestChord = 5.0;  // mm, half; also the flattest arc
+  constexpr double kDeepest = 2.0;        // times the height of the arc
+  const std::vector<std::size_t> order = LevelOrder(samples);
+  std::vector<LevelCentre> centres;
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin + 1;
+    while (end < order.size() && SameLevel(samples[order[begin]], samples[order[end]])) ++end;
+    const Eigen::Vector2d first = samples[order[begin]].Point().head<2>();
+    const Eigen::Vector2d last = samples[order[end - 1]].Point().head<2>();
+    const double half = 0.5 * (last - first).norm();
+    if (half >= kShortestChord) {
+      const Eigen::Vector2d along = (last - first) / (2.0 * half);
+      const Eigen::Vector2d outward(along.y(), -along.x());  // the arc runs counter-clockwise around the ring's axis
+      double height = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        height = std::max(height, outward.dot(samples[order[k]].Point().head<2>() - first));
+      }
+      const double depth =
+          std::min(kDeepest * height, (half * half + height * height) / (2.0 * std::max(height, kShortestChord)));
+      centres.push_back({samples[order[begin]].z, 0.5 * (first + last) + (height - depth) * outward});
+    }
+    begin = end;
+  }
+  std::stable_sort(centres.begin(), centres.end(),
+                   [](const LevelCentre& a, const LevelCentre& b) { return a.z < b.z; });
+  return centres;
+}
+
+/// The parabola through the centres with the smallest sum of distances, squared up to 10 mm and linear beyond (Huber),
+/// by reweighting: a foot or a wild return does not bend it.
+SegmentAxis ParabolaThrough(const std::vector<LevelCentre>& centres) {
+  constexpr double kHuber = 10.0;  // mm
+  constexpr int kRounds = 20;
+  const double middle = 0.5 * (centres.front().z + centres.back().z);
+  const double half = std::max(1e-9, 0.5 * (centres.back().z - centres.front().z));
+  std::vector<double> weights(centres.size(), 1.0);
+  const auto powers = [&](double z) {
+    const double t = (z - middle) / half;
+    return Eigen::Vector3d(1.0, t, t * t);
+  };
+  Eigen::Matrix<double, 3, 2> curve = Eigen::Matrix<double, 3, 2>::Zero();  // columns: x, y
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    Eigen::Matrix<double, 3, 2> sums = Eigen::Matrix<double, 3, 2>::Zero();
+    for (std::size_t k = 0; k < centres.size(); ++k) {
+      const Eigen::Vector3d basis = powers(centres[k].z);
+      moments += weights[k] * basis * basis.transpose();
+      sums += weights[k] * basis * centres[k].centre.transpose();
+    }
+    curve = moments.ldlt().solve(sums);
+    for (std::size_t k = 0; k < centres.size(); ++k) {
+      const double distance = (centres[k].centre - curve.transpose() * powers(centres[k].z)).norm();
+      weights[k] = distance <= kHuber ? 1.0 : kHuber / distance;
+    }
+  }
+  return {middle, curve.row(0).transpose(), curve.row(1).transpose() / half, curve.row(2).transpose() / (half * half)};
+}
+
 }  // namespace
 
 Result<SegmentAxis> FindSegmentAxis(std::span<const SurfaceSample> samples) {
-  constexpr std::size_t kFewest = 12;
-  constexpr int kMaxSteps = 50;
+  constexpr std::size_t kFewest = 8;
+  const std::vector<LevelCentre> centres = CentresOfLevels(samples);
   const std::string attempted = "find the axis of a limb";
-  if (samples.size() < kFewest) {
-    return Fail(attempted, "only " + std::to_string(samples.size()) + " returns", "scan with more levels");
+  if (centres.size() < kFewest || !(centres.back().z - centres.front().z >= 1.0)) {
+    return Fail(attempted, "only " + std::to_string(centres.size()) + " levels show enough of it",
+                "scan with more levels");
   }
-  const auto [low, high] = std::minmax_element(
-      samples.begin(), samples.end(), [](const SurfaceSample& a, const SurfaceSample& b) { return a.z < b.z; });
-  if (!(high->z - low->z >= 1.0)) return Fail(attempted, "all returns lie on one level", "scan with more levels");
-  Cone cone = Start(samples, low->z, high->z);
-  double damping = 1e-3;
-  Step at = Linearise(samples, cone);
-  for (int k = 0; k < kMaxSteps; ++k) {  // Levenberg–Marquardt
-    Eigen::Matrix<double, 6, 6> damped = at.normal;
-    damped.diagonal() *= 1.0 + damping;
-    const Parameters move = -damped.ldlt().solve(at.gradient);
-    Cone tried = cone;
-    tried.p += move;
-    const Step there = Linearise(samples, tried);
-    if (!(there.cost <= at.cost)) {
-      damping *= 10.0;
-      if (damping > 1e8) break;
-      continue;
-    }
-    cone = tried;
-    at = there;
-    damping = std::max(1e-9, 0.1 * damping);
-    if (move.cwiseAbs().maxCoeff() < 1e-6) break;
-  }
-  constexpr double kThickest = 400.0;  // mm; a larger radius is no limb
-  const bool sound = cone.p.allFinite() && cone.p[4] > 0.0 && std::abs(cone.p[4]) + std::abs(cone.p[5]) < kThickest;
-  if (!sound) return Fail(attempted, "the returns lie too flat to tell what is behind them", "turn the limb");
-  return cone.Axis();
+  return ParabolaThrough(centres);
 }
 
 std::vector<SurfaceSample> SamplesAboutAxis(std::span<const SurfaceSample> samples, const SegmentAxis& axis) {
@@ -177,18 +145,25 @@ std::vector<SurfaceSample> SamplesAboutAxis(std::span<const SurfaceSample> sampl
   return turned;
 }
 
-double BackwardShare(std::span<const SurfaceSample> samples, const SegmentAxis& axis) {
-  std::size_t pairs = 0;
-  std::size_t backward = 0;
+std::vector<char> StarShapedLevels(std::span<const SurfaceSample> samples, const SegmentAxis& axis) {
+  constexpr std::size_t kNoise = 1;  // steps of a level; at an edge, noise alone may turn one back
+  constexpr double kNoiseShare = 0.05;
+  std::vector<char> fits(samples.size(), 1);
   const std::vector<std::size_t> order = LevelOrder(samples);
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    const SurfaceSample& before = samples[order[k - 1]];
-    const SurfaceSample& here = samples[order[k]];
-    if (!SameLevel(before, here)) continue;
-    ++pairs;
-    if (AngleDifference(AngleAbout(here, axis), AngleAbout(before, axis)) < 0.0) ++backward;
+  for (std::size_t begin = 0; begin < order.size();) {
+    std::size_t end = begin + 1;
+    std::size_t backward = 0;
+    for (; end < order.size() && SameLevel(samples[order[begin]], samples[order[end]]); ++end) {
+      const double before = AngleAbout(samples[order[end - 1]], axis);
+      if (AngleDifference(AngleAbout(samples[order[end]], axis), before) < 0.0) ++backward;
+    }
+    const auto allowed = std::max(kNoise, static_cast<std::size_t>(kNoiseShare * static_cast<double>(end - begin)));
+    if (backward > allowed) {
+      for (std::size_t k = begin; k < end; ++k) fits[order[k]] = 0;
+    }
+    begin = end;
   }
-  return pairs > 0 ? static_cast<double>(backward) / static_cast<double>(pairs) : 0.0;
+  return fits;
 }
 
 }  // namespace annulus

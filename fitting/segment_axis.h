@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "base/result.h"
 #include "base/surface_sample.h"
@@ -9,9 +10,9 @@
 
 namespace annulus {
 
-/// The axis of the straight cone that fits the samples best: squared distances in the horizontal plane, robust (Huber,
-/// 10 mm), so that a foot does not bend a leg's axis. The samples may show one side of the limb only. Fails when fewer
-/// than 12 samples or less than 1 mm of height are given, or when they lie so flat that no axis stands behind them.
+/// A parabola through the middle of a limb: robust (Huber, 10 mm) through the middles of the arcs seen on each
+/// level, so that a foot does not bend a leg's axis. One side of the limb is enough. Fails when fewer than eight levels
+/// show an arc.
 [[nodiscard]] Result<SegmentAxis> FindSegmentAxis(std::span<const SurfaceSample> samples);
 
 /// The samples as seen from `axis`: theta and radius are about it, height, weight and ray stay. Sensors are numbered
@@ -20,8 +21,8 @@ namespace annulus {
 [[nodiscard]] std::vector<SurfaceSample> SamplesAboutAxis(std::span<const SurfaceSample> samples,
                                                           const SegmentAxis& axis);
 
-/// Share of the steps from one sample to its neighbour on the level (the next in the ring's theta) that go the wrong
-/// way around `axis`, 0 … 1: 0 where every level is star-shaped about it.
-[[nodiscard]] double BackwardShare(std::span<const SurfaceSample> samples, const SegmentAxis& axis);
+/// One per sample: 1 if its level is star-shaped about `axis`, that is, if going along the ring from sample to sample
+/// the direction from the axis turns the same way; one step per level, or 5 % of them, may turn back by noise.
+[[nodiscard]] std::vector<char> StarShapedLevels(std::span<const SurfaceSample> samples, const SegmentAxis& axis);
 
 }  // namespace annulus

@@ -43,14 +43,20 @@ class KnowledgeMap {
   std::vector<Knowledge> cells_;
 };
 
-/// The straight line about which a segment is star-shaped, station frame: at height z it passes through (x, y) = At(z).
+/// The line about which a segment is star-shaped, station frame: a parabola over the height, since elbows and legs are
+/// bent. At height z it passes through (x, y) = at + slope·d + bend·d² with d = z - z_middle. The ring's axis: all 0.
 struct SegmentAxis {
-  Eigen::Vector2d at_zero = Eigen::Vector2d::Zero();  ///< mm, where it meets z = 0.
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();    ///< mm of x, y per mm of z.
+  double z_middle = 0.0;                            ///< mm
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();     ///< mm
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< mm/mm
+  Eigen::Vector2d bend = Eigen::Vector2d::Zero();   ///< 1/mm
 
-  [[nodiscard]] Eigen::Vector2d At(double z) const { return at_zero + z * slope; }
+  [[nodiscard]] Eigen::Vector2d At(double z) const {
+    const double d = z - z_middle;
+    return at + d * slope + d * d * bend;
+  }
   /// Whether it is the ring's own axis.
-  [[nodiscard]] bool IsRingAxis() const { return at_zero.isZero(0.0) && slope.isZero(0.0); }
+  [[nodiscard]] bool IsRingAxis() const { return at.isZero(0.0) && slope.isZero(0.0) && bend.isZero(0.0); }
 };
 
 struct PaperModel;  // fitting/paper_model.h
@@ -66,7 +72,7 @@ struct SurfaceSegment {
   /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
   std::shared_ptr<const HierarchicalSpline> hierarchy{};
   Eigen::VectorXd active{};  ///< The hierarchy's coefficients, mm; empty without one.
-  /// The surface of `fit --method paper`, null for other fits; `surface` is then its tensor form (TensorFormOf), within
+  /// The surface of `fit --method paper`, null for other fits; `surface` is then its tensor form (ApproximateByTensor), within
   /// 0.01 mm of it. Shared by copies because it is large and immutable.
   std::shared_ptr<const PaperModel> paper{};
   /// The surface's theta and r are about this line; the main segment's is the ring's axis.

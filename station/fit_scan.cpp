@@ -21,6 +21,19 @@ Json ForegroundToJson(const ForegroundObject& object) {
           {"returns", object.samples}};
 }
 
+const char* NameOf(SampleVerdict verdict) {
+  switch (verdict) {
+    case SampleVerdict::kForeground:
+      return "foreground";
+    case SampleVerdict::kUnfitted:
+      return "unfitted";
+    case SampleVerdict::kGood:
+    case SampleVerdict::kOutlier:
+      break;
+  }
+  return "outlier";
+}
+
 const char* NameOf(RegionKind kind) {
   switch (kind) {
     case RegionKind::kSeveralLoops:
@@ -120,7 +133,7 @@ Json FitReport(const ScanFit& fit) {
                         {"level", at.level},
                         {"sensor", at.sensor},
                         {"radius_mm", at.radius},
-                        {"reason", sample.reason == SampleVerdict::kForeground ? "foreground" : "outlier"}});
+                        {"reason", NameOf(sample.reason)}});
   }
   Json segments = Json::array();
   for (const SurfaceSegment& segment : fit.fit.model.segments) {

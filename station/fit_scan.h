@@ -18,7 +18,7 @@ struct ScanFit {
   FitResult fit;
 };
 
-/// Samples of one or more scans of the same person, fitted together; provenance filled in. Fails as FitSurface.
+/// Samples of one or more scans of the same person, fitted together; provenance filled in. Fails as FitBody.
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context);
 
 /// The report of `fit --report`: keys of DESIGN (time_s, coefficients, rms_mm, rejected, segments,

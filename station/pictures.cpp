@@ -89,6 +89,17 @@ KnowledgeMap WithoutRims(const SurfaceSegment& segment) {
   return shown;
 }
 
+/// The further segments as far as they were seen.
+std::vector<SceneItem> LimbItems(const SurfaceModel& model, const Material& material) {
+  TessellationOptions options;
+  options.theta_count = 180;
+  std::vector<SceneItem> items;
+  for (std::size_t k = 1; k < model.segments.size(); ++k) {
+    items.push_back({TessellateSurface(model.segments[k], options), material, model.segments[k].name, {}});
+  }
+  return items;
+}
+
 }  // namespace
 
 SceneItem ModelItem(const SurfaceModel& model, const Material& material) {
@@ -114,9 +125,14 @@ Result<std::vector<SceneItem>> WornItems(const WornFrame& worn, const FrameLook&
 Result<RgbImage> DrawModel(const SurfaceModel& model, const PictureOptions& options, const TaskContext& task) {
   Scene scene;
   scene.items.push_back(ModelItem(model, NeutralBodyMaterial()));
+  for (SceneItem& limb : LimbItems(model, NeutralBodyMaterial())) scene.items.push_back(std::move(limb));
+  std::vector<Eigen::Vector3d> points;
+  for (const SceneItem& item : scene.items) {
+    points.insert(points.end(), item.mesh.vertices.begin(), item.mesh.vertices.end());
+  }
   // A little air on the narrow side, so that nothing is cramped.
   const double aspect = std::min(kWidest, 1.12 * AspectOf(BoundsOf(scene), options.view));
-  return Draw(scene, scene.items.front().mesh.vertices, aspect, options, task);
+  return Draw(scene, points, aspect, options, task);
 }
 
 Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, const PictureOptions& options,

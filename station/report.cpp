@@ -15,8 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kFewReturns = 20;  // fewer are not worth a sentence
-
 constexpr const char* kStyleSheet = R"css(
 :root { color-scheme: light dark; --page:#f6f7f8; --card:#ffffff; --text:#1d2430; --soft:#5b6675; --line:#dde2e8;
   --accent:#0f5f74; --good:#1a7f4b; }
@@ -147,8 +145,9 @@ std::string ScanAndFit(const DemoSubject& subject) {
                                       fit.effective_parameters, fit.termination));
   html += Fact("Noise of a return",
                fmt::format("{:.2f} mm (1 sd), residual RMS {:.2f} mm", fit.noise_sigma_mm, fit.rms_mm));
-  html += Fact("Left out of the fit", fmt::format("{} outliers, {} returns of things in front of the body", outliers,
-                                                  fit.rejected.size() - outliers));
+  html += Fact("Left out of the fit",
+               fmt::format("{} outliers, {} returns of things in front of the body or too small to fit", outliers,
+                           fit.rejected.size() - outliers));
   return html + "</tbody></table></div>\n";
 }
 
@@ -157,12 +156,8 @@ std::string Inferred(const DemoSubject& subject) {
       "<ul><li>Of the surface between the lowest and the highest return, {:.1f} % was seen, {:.1f} % is inferred "
       "between returns, and {:.1f} % is unknown: no number is given there.</li>\n",
       100.0 * subject.shares.measured, 100.0 * subject.shares.inferred, 100.0 * subject.shares.unknown);
-  for (const ForegroundObject& object : subject.fit.foreground) {
-    if (object.samples < kFewReturns) continue;
-    html += fmt::format(
-        "<li>Something stood in front of the body (an arm) near {:.0f}°, from z = {:.0f} to {:.0f} mm: {} returns left "
-        "out, the surface behind it is inferred.</li>\n",
-        DegreesFromRadians(object.theta), object.z_min, object.z_max, object.samples);
+  for (const SectionRegion& region : subject.fit.regions) {
+    html += "<li>Not one loop around the axis: " + Escaped(region.BriefReport()) + ".</li>\n";
   }
   for (const Measurement& m : subject.table.measurements) {
     if (m.measured_share < 0.999 && m.id.ends_with("_girth")) {

@@ -16,7 +16,7 @@ constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 class Grid {
  public:
   Grid(const SurfaceSegment& segment, const TessellationOptions& options)
-      : surface_(segment.surface), columns_(options.theta_count) {
+      : segment_(segment), surface_(segment.surface), columns_(options.theta_count) {
     const double height = surface_.z_max() - surface_.z_min();
     rows_ = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(height / options.max_z_spacing_mm)));
     known_.assign(columns_ * (rows_ + 1), 1);
@@ -90,12 +90,13 @@ class Grid {
     std::uint32_t& number = numbers_[Corner(i, j)];
     if (number == kUnused) {
       number = static_cast<std::uint32_t>(mesh.vertices.size());
-      mesh.vertices.push_back(surface_.Point(Theta(i), Height(j)));
+      mesh.vertices.push_back(segment_.Point(Theta(i), Height(j)));
     }
     return number;
   }
 
-  const SplineSurface& surface_;  // borrowed from the caller's segment
+  const SurfaceSegment& segment_;  // the caller's
+  const SplineSurface& surface_;   // its surface
   std::size_t columns_;
   std::size_t rows_ = 0;
   std::vector<char> known_;
