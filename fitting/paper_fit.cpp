@@ -17,9 +17,6 @@ constexpr double kSmallestNoise = 1e-3;    // mm; a scan without noise is fitted
 constexpr double kWidestGap = kTwoPi / 6;  // rad; wider is not "all around"
 constexpr double kBridgedWeight = 1e-3;    // of a value that a section has by bridging a hole
 constexpr std::size_t kFewest = 2 * (2 * kLocalCubicHalfWidth + 1);  // levels and sensors: two windows of eq. 2.5
-/// Ever stricter rules for the knots, until no section of the surface turns back.
-constexpr std::array<KnotRules, 4> kRules{KnotRules{0.3, 1.0 / 8.0, 40}, KnotRules{0.5, 1.0 / 8.0, 40},
-                                          KnotRules{0.5, 1.0 / 12.0, 40}, KnotRules{0.7, 1.0 / 16.0, 40}};
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -32,9 +29,9 @@ struct Trunk {
   RowRange rows;
   double noise = 0.0;  ///< mm
 
-  [[nodiscard]] std::vector<double> z() const {
-    return {table.z.begin() + static_cast<std::ptrdiff_t>(rows.begin),
-            table.z.begin() + static_cast<std::ptrdiff_t>(rows.end)};
+  [[nodiscard]] std::vector<double> Heights(const RowRange& range) const {
+    return {table.z.begin() + static_cast<std::ptrdiff_t>(range.begin),
+            table.z.begin() + static_cast<std::ptrdiff_t>(range.end)};
   }
   [[nodiscard]] CurveSamples Section(std::size_t row) const {
     const auto at = static_cast<Eigen::Index>(row);
@@ -43,6 +40,13 @@ struct Trunk {
     return {table.theta, {radius.begin(), radius.end()}, {weight.begin(), weight.end()}, kTwoPi};
   }
 };
+
+Error TooFewLevels(std::size_t levels, std::size_t sensors) {
+  return {"fit a surface by the paper's method",
+          "the ring saw all around on " + std::to_string(levels) + " levels in sequence, with " +
+              std::to_string(sensors) + " sensors",
+          "it needs " + std::to_string(kFewest) + " of each: use --method adaptive, or scan more"};
+}
 
 Result<Trunk> FindTrunk(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                         std::span<const SampleVerdict> verdicts) {
@@ -53,10 +57,7 @@ Result<Trunk> FindTrunk(std::span<const SurfaceSample> samples, const SampleGrid
   trunk.noise = std::max(kSmallestNoise, EstimateNoise(samples, grid, verdicts));
   const std::size_t levels = trunk.rows.end - trunk.rows.begin;
   if (levels >= kFewest && trunk.table.theta.size() >= kFewest) return trunk;
-  return Fail("fit a surface by the paper's method",
-              "the ring saw all around on " + std::to_string(levels) + " levels in sequence, with " +
-                  std::to_string(trunk.table.theta.size()) + " sensors",
-              "it needs " + std::to_string(kFewest) + " of each: use --method adaptive, or scan more");
+  return tl::unexpected(TooFewLevels(levels, trunk.table.theta.size()));
 }
 
 /// A section with what is needed to place knots on it.
@@ -109,9 +110,11 @@ Result<PaperDirection> FindKnots(const RatedSection& rated, const KnotRules& rul
 
 /// f(theta_i) of every level (eq. 2.3 with the same knots), as one column per knot, with weights.
 struct KnotLines {
+  RowRange rows;  ///< Of the table.
   Eigen::MatrixXd radius;
-  Eigen::MatrixXd weight;
+  Eigen::MatrixXd weight;     ///< A whole row of 0 where a level is not used.
   std::vector<double> noise;  ///< Per knot, sd of f(theta_i), mm.
+  std::size_t folded = 0;     ///< Levels of weight 0 because their section turns back on itself.
 };
 
 /// 1 where both sensors beside a knot saw the level, less where one or none did.
@@ -127,23 +130,46 @@ double WeightAt(const Trunk& trunk, Eigen::Index row, double theta) {
   return std::max(kBridgedWeight, seen);
 }
 
-Result<KnotLines> FitSections(const Trunk& trunk, const PaperDirection& around) {
+/// f(theta_i) of every level that can be fitted (eq. 2.3).
+KnotLines FitSections(const Trunk& trunk, const PaperDirection& around) {
   const std::vector<double>& knots = around.plan.knots;
   CurveFitter fitter(KnotSplineBasis(knots, kTwoPi), trunk.table.theta, around.lambda);
   const auto rows = static_cast<Eigen::Index>(trunk.rows.end - trunk.rows.begin);
-  KnotLines lines{Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(knots.size())), {}, {}};
+  KnotLines lines{trunk.rows, Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(knots.size())), {}, {}, 0};
   lines.weight = lines.radius;
   for (Eigen::Index k = 0; k < rows; ++k) {
     const std::size_t row = trunk.rows.begin + static_cast<std::size_t>(k);
     const CurveSamples section = trunk.Section(row);
     const auto fit = fitter.Fit(section.value, section.weight);
-    for (std::size_t i = 0; fit && i < knots.size(); ++i) {  // a level that determines nothing keeps weight 0
+    if (!fit) continue;  // a level that determines nothing
+    for (std::size_t i = 0; i < knots.size(); ++i) {
       lines.radius(k, static_cast<Eigen::Index>(i)) = fitter.basis().Value(fit->coefficients, knots[i]);
       lines.weight(k, static_cast<Eigen::Index>(i)) = WeightAt(trunk, static_cast<Eigen::Index>(row), knots[i]);
     }
   }
   for (const double knot : knots) lines.noise.push_back(trunk.noise * fitter.NoiseGain(knot));
   return lines;
+}
+
+/// Leaves out levels whose own closed curve (eqs. 2.8, 2.9) turns back on itself: a step of the radius too sharp for
+/// the knots. Few in sequence count as a hole; more of them end the range.
+KnotLines WithoutFoldedLevels(const Trunk& trunk, KnotLines lines, const std::vector<double>& theta) {
+  std::vector<char> sound(trunk.complete.size(), 0);
+  std::vector<char> folds;  // one per row of the lines
+  for (Eigen::Index k = 0; k < lines.radius.rows(); ++k) {
+    const std::size_t row = lines.rows.begin + static_cast<std::size_t>(k);
+    const Eigen::MatrixXd control = ClosedControlPoints(SectionPoints(theta, lines.radius.row(k)));
+    folds.push_back(TurnsBack(control) ? 1 : 0);
+    if (folds.back() != 0) lines.weight.row(k).setZero();
+    sound[row] = folds.back() == 0 ? trunk.complete[row] : 0;
+  }
+  const RowRange range = LongestRange(sound, 2 * kLocalCubicHalfWidth);
+  const std::size_t skipped = range.end > 0 ? range.begin - lines.rows.begin : 0;
+  const auto first = static_cast<Eigen::Index>(skipped);
+  const auto count = static_cast<Eigen::Index>(range.end - range.begin);
+  const auto folded = std::count(folds.begin() + first, folds.begin() + first + count, 1);
+  return {range, lines.radius.middleRows(first, count), lines.weight.middleRows(first, count), std::move(lines.noise),
+          static_cast<std::size_t>(folded)};
 }
 
 /// The longitudinal section at knot line `i`, without the bridged values.
@@ -181,31 +207,6 @@ Result<Eigen::MatrixXd> FitLongitudinals(const std::vector<double>& z, const Kno
   return radius;
 }
 
-/// P_ij (eq. 2.13) → V (eq. 2.8) → Q (eq. 2.11).
-Result<PaperSurface> Interpolate(const Eigen::MatrixXd& radius, const std::vector<double>& theta,
-                                 const std::vector<double>& z) {
-  const auto m = static_cast<Eigen::Index>(theta.size());
-  const auto n = static_cast<Eigen::Index>(z.size());
-  Eigen::MatrixXd section_control(n, 2 * m);  // row j: x of V_0j … V_mj, then y
-  for (Eigen::Index j = 0; j < n; ++j) {
-    Eigen::MatrixXd points(m, 2);
-    for (Eigen::Index i = 0; i < m; ++i) {
-      const double angle = theta[static_cast<std::size_t>(i)];
-      points.row(i) << radius(j, i) * std::cos(angle), radius(j, i) * std::sin(angle);
-    }
-    section_control.row(j) = ClosedControlPoints(points).reshaped().transpose();
-  }
-  const Eigen::MatrixXd control = OpenControlPoints(section_control);
-  const Eigen::MatrixXd heights =
-      OpenControlPoints(Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size())));
-  std::vector<Eigen::Vector3d> points;
-  for (Eigen::Index j = 0; j < control.rows(); ++j) {
-    for (Eigen::Index i = 0; i < m; ++i) points.emplace_back(control(j, i), control(j, m + i), heights(j, 0));
-  }
-  return PaperSurface::FromControlPoints(theta, z, std::move(points));
-}
-
-/// Knot values rise from their first within one turn; the surface wants them so.
 struct Built {
   PaperModel model;
   PaperSections sections;
@@ -214,26 +215,39 @@ struct Built {
 Result<Built> Build(const Trunk& trunk, const RatedSection& section, const KnotRules& rules) {
   auto around = FindKnots(section, rules);
   if (!around) return Fail(around);
-  const auto lines = FitSections(trunk, *around);
-  if (!lines) return Fail(lines);
-  const std::vector<double> z = trunk.z();
-  const RatedSection longitudinal = MostComplexLongitudinal(z, *lines, around->plan.knots);
+  const std::vector<double>& theta = around->plan.knots;
+  const KnotLines lines = WithoutFoldedLevels(trunk, FitSections(trunk, *around), theta);
+  const std::size_t levels = lines.rows.end - lines.rows.begin;
+  if (levels < kFewest) return tl::unexpected(TooFewLevels(levels, trunk.table.theta.size()));
+  const std::vector<double> z = trunk.Heights(lines.rows);
+  const RatedSection longitudinal = MostComplexLongitudinal(z, lines, theta);
   auto along = FindKnots(longitudinal, rules);
   if (!along) return Fail(along);
-  const auto radius = FitLongitudinals(z, *lines, *along);
+  const auto radius = FitLongitudinals(z, lines, *along);
   if (!radius) return Fail(radius);
-  auto surface = Interpolate(*radius, around->plan.knots, along->plan.knots);
+  auto surface = PaperSurface::Through(theta, along->plan.knots, *radius);
   if (!surface) return Fail(surface);
-  const std::size_t levels = trunk.rows.end - trunk.rows.begin;
-  PaperFitReport report{std::move(*around), std::move(*along), levels, trunk.table.z.size() - levels};
+  PaperFitReport report{std::move(*around), std::move(*along), levels, trunk.table.z.size() - levels, lines.folded};
   return Built{{std::move(*surface), std::move(report)}, {section.section, longitudinal.section}};
 }
 
+/// Levels of which the fit makes use.
+std::size_t LevelsUsed(const Built& built) { return built.model.report.levels - built.model.report.levels_folded; }
+
+/// The loosest rules under which all levels can be used; if none are, those under which most can.
 Result<Built> BuildByEverStricterRules(const Trunk& trunk, const RatedSection& section) {
-  for (std::size_t k = 0;; ++k) {
-    auto built = Build(trunk, section, kRules[k]);
-    if (built || k + 1 == kRules.size()) return built;
+  // The end rule Q0 = Q1 alone takes the slope at the ends of z to 0.63.
+  constexpr std::array<double, 3> kStricter{0.4, 0.5, 0.6};
+  const std::size_t all = trunk.rows.end - trunk.rows.begin;
+  KnotRules rules;
+  Result<Built> best = Build(trunk, section, rules);
+  for (const double least_slope : kStricter) {
+    if (best && LevelsUsed(*best) == all) break;
+    rules.least_slope = least_slope;
+    auto built = Build(trunk, section, rules);
+    if (built && !(best && LevelsUsed(*best) >= LevelsUsed(*built))) best = std::move(built);
   }
+  return best;
 }
 
 /// Good samples within the fitted heights stay good; the others are left out.
@@ -295,7 +309,9 @@ Result<FitResult> FitPaper(std::span<const SurfaceSample> samples, const FitOpti
   const std::vector<SampleVerdict> verdicts = Within(samples, screening.verdicts, paper->surface);
   FillSummary(samples, screening, verdicts, *paper, result.summary);
   result.summary.paper = std::move(built->sections);
-  SurfaceSegment segment{"body", TensorFormOf(paper->surface).surface, KnowledgeMap(), {}, {}, {}, paper};
+  TensorApproximation tensor = ApproximateByTensor(paper->surface);
+  result.summary.paper->tensor_error = tensor.largest_error;
+  SurfaceSegment segment{"body", std::move(tensor.surface), KnowledgeMap(), {}, {}, {}, paper};
   segment.knowledge = BuildKnowledge(CellGrid(samples, grid, verdicts), segment.surface);
   times.total_s = SecondsSince(start);
   times.knowledge_s = times.total_s - times.screening_s - times.solve_s;

@@ -183,7 +183,7 @@ Result<KnotMove> MoveKnots(const CurveSamples& samples, const KnotPlan& plan, do
 
   for (int halvings = 0; halvings < 8; ++halvings) {
     const KnotPlan moved = WithFree(plan, free.data());
-    const bool keeps = LeastSlope(moved.knots, moved.period) >= rules.least_slope;
+    const bool keeps = LeastSlope(moved.knots, moved.period).slope >= rules.least_slope;
     const auto cost = CostOf(samples, moved, lambda);
     if (keeps && cost && *cost <= move.cost_start) {
       move.plan = moved;

@@ -11,7 +11,9 @@
 namespace annulus {
 namespace {
 
-constexpr std::size_t kFewestClosedFeatures = 4;  // fewer leave a closed curve too few knots to be even at all
+constexpr std::size_t kFewestFeatures = 3;        // fewer leave a curve too few knots
+constexpr std::size_t kSamplesPerFeature = 6;     // of those found: a knot per two samples
+constexpr std::size_t kSamplesPerAnyFeature = 4;  // of all: three knots per four samples
 
 /// |f'| at the known estimates as a polyline over two turns (closed) or the whole curve (open).
 struct Variation {
@@ -113,7 +115,7 @@ bool Rises(const std::vector<double>& knots, double period) {
 }
 
 bool Keeps(const std::vector<double>& knots, double period, const KnotRules& rules) {
-  return Rises(knots, period) && LeastSlope(knots, period) >= rules.least_slope;
+  return Rises(knots, period) && LeastSlope(knots, period).slope >= rules.least_slope;
 }
 
 std::vector<double> Blend(const std::vector<double>& a, const std::vector<double>& b, double share) {
@@ -127,6 +129,20 @@ double SampleAt(const CurveSamples& samples, double x) {
   const double wrapped = samples.closed() && x >= samples.period ? x - samples.period : x;
   const auto above = std::upper_bound(samples.x.begin(), samples.x.end(), wrapped);
   return above == samples.x.begin() ? samples.x.back() : *(above - 1);
+}
+
+/// Places the knots by eq. 2.6, drawn towards the evenest spacing as little as the rules allow. False if they cannot be
+/// kept.
+[[nodiscard]] bool KeepRules(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
+                             const KnotRules& rules, KnotPlan& plan) {
+  const std::vector<double> by_variation = KnotsByVariation(samples, slopes, plan);
+  const std::vector<double> evenest = EvenestKnots(plan);
+  for (int eighths = 0; eighths <= 8; ++eighths) {
+    plan.evened = eighths / 8.0;
+    plan.knots = Blend(by_variation, evenest, plan.evened);
+    if (Keeps(plan.knots, plan.period, rules)) return true;
+  }
+  return false;
 }
 
 void KeepMostSignificant(std::vector<FeaturePoint>& features, std::size_t most) {
@@ -146,28 +162,49 @@ void AddEnds(const CurveSamples& samples, std::vector<FeaturePoint>& features) {
   features.push_back({FeatureKind::kEnd, samples.x.back(), 0.0});
 }
 
-/// Halves every stretch longer than `longest`.
-void HalveLongGaps(const CurveSamples& samples, double longest, KnotPlan& plan) {
+double GapLength(const KnotPlan& plan, std::size_t gap) { return FeatureAt(plan, gap + 1) - FeatureAt(plan, gap); }
+
+/// Puts an added feature at the sample in the middle of a gap. False if there would be too many, or too few samples
+/// left on either side.
+[[nodiscard]] bool Halve(const CurveSamples& samples, std::size_t gap, const KnotRules& rules, KnotPlan& plan) {
+  if (plan.features.size() >= std::min(rules.most_features, samples.size() / kSamplesPerAnyFeature)) return false;
+  const double from = FeatureAt(plan, gap);
+  const double to = FeatureAt(plan, gap + 1);
+  const double middle = SampleAt(samples, 0.5 * (from + to));
+  const double pitch = (plan.closed() ? plan.period : samples.x.back() - samples.x.front()) /
+                       static_cast<double>(samples.size() - (plan.closed() ? 0 : 1));
+  const double least = (static_cast<double>(kSamplesPerFeatureGap) - 0.5) * pitch;
+  const double past = middle < from ? middle + plan.period : middle;
+  if (past - from < least || to - past < least) return false;
+  plan.features.push_back({FeatureKind::kAdded, middle, 0.0});
+  std::sort(plan.features.begin(), plan.features.end(),
+            [](const FeaturePoint& a, const FeaturePoint& b) { return a.x < b.x; });
+  return true;
+}
+
+/// Halves every stretch that is too long.
+void HalveLongGaps(const CurveSamples& samples, const KnotRules& rules, KnotPlan& plan) {
+  const double longest = rules.longest_gap * (plan.closed() ? plan.period : samples.x.back() - samples.x.front());
   if (plan.features.empty()) plan.features.push_back({FeatureKind::kAdded, samples.x.front(), 0.0});
-  for (std::size_t rounds = 0; rounds < samples.size(); ++rounds) {
+  for (bool halved = true; halved;) {
     std::size_t widest = 0;
-    double width = 0.0;
-    for (std::size_t gap = 0; gap < GapsOf(plan); ++gap) {
-      const double length = FeatureAt(plan, gap + 1) - FeatureAt(plan, gap);
-      if (length > width * (1.0 + 1e-9)) {
-        width = length;
-        widest = gap;
-      }
+    for (std::size_t gap = 1; gap < GapsOf(plan); ++gap) {
+      if (GapLength(plan, gap) > GapLength(plan, widest) * (1.0 + 1e-9)) widest = gap;
     }
-    if (width <= longest * (1.0 + 1e-6)) return;
-    const double middle = SampleAt(samples, FeatureAt(plan, widest) + 0.5 * width);
-    const bool taken =
-        std::any_of(plan.features.begin(), plan.features.end(), [&](const FeaturePoint& f) { return f.x == middle; });
-    if (taken) return;  // too few samples to halve
-    plan.features.push_back({FeatureKind::kAdded, middle, 0.0});
-    std::sort(plan.features.begin(), plan.features.end(),
-              [](const FeaturePoint& a, const FeaturePoint& b) { return a.x < b.x; });
+    halved = GapLength(plan, widest) > longest * (1.0 + 1e-6) && Halve(samples, widest, rules, plan);
   }
+}
+
+/// Halves the longest of the gap in which a curve through the knots rises least, and the gaps beside it.
+[[nodiscard]] bool HalveNear(const CurveSamples& samples, std::size_t gap, const KnotRules& rules, KnotPlan& plan) {
+  const std::size_t gaps = GapsOf(plan);
+  std::size_t longest = gap;
+  const auto consider = [&](std::size_t other) {
+    if (GapLength(plan, other) > GapLength(plan, longest)) longest = other;
+  };
+  if (plan.closed() || gap > 0) consider((gap + gaps - 1) % gaps);
+  if (plan.closed() || gap + 1 < gaps) consider((gap + 1) % gaps);
+  return Halve(samples, longest, rules, plan);
 }
 
 /// Removes the less significant feature of the closest pair; the ends of an open curve stay.
@@ -239,7 +276,7 @@ std::array<double, 2> SplitByVariation(const CurveSamples& samples, const std::v
   return split;
 }
 
-double LeastSlope(const std::vector<double>& knots, double period) {
+SlopeMinimum LeastSlope(const std::vector<double>& knots, double period) {
   const auto n = static_cast<Eigen::Index>(knots.size());
   const bool closed = period > 0.0;
   // Closed: the control points of what is left of the knots after a straight line, so that it is periodic.
@@ -251,7 +288,7 @@ double LeastSlope(const std::vector<double>& knots, double period) {
     return closed ? step + 0.5 * (control((k + 1) % n, 0) - control((k + n - 1) % n, 0))
                   : 0.5 * (control(k + 2, 0) - control(k, 0));
   };
-  double least = 1.0;
+  SlopeMinimum least;
   for (Eigen::Index k = 0; k < (closed ? n : n - 1); ++k) {
     const double from = knots[static_cast<std::size_t>(k)];
     const double to = k + 1 < n ? knots[static_cast<std::size_t>(k + 1)] : knots.front() + period;
@@ -265,37 +302,33 @@ double LeastSlope(const std::vector<double>& knots, double period) {
       const double vertex = -(3.0 * d - 2.0 * a - b) / bend;
       if (vertex > 0.0 && vertex < 1.0) lowest = std::min(lowest, a - bend * vertex * vertex);
     }
-    least = std::min(least, lowest / d);
+    if (lowest / d < least.slope) least = {lowest / d, static_cast<std::size_t>(k)};
   }
   return least;
 }
 
 KnotPlan PlaceKnots(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
                     std::vector<FeaturePoint> features, const KnotRules& rules) {
-  constexpr std::size_t kSamplesPerFeature = 6;
-  ENSURE(samples.size() >= 2 * kSamplesPerFeature, "a curve has enough samples for knots");
-  KnotPlan plan;
-  plan.period = samples.period;
-  const std::size_t found = features.size();
+  ENSURE(samples.size() >= 12, "a curve has enough samples for knots");
+  KnotPlan found;
+  found.period = samples.period;
+  const std::size_t given = features.size();
   KeepMostSignificant(features, std::min(rules.most_features, samples.size() / kSamplesPerFeature));
-  if (!plan.closed()) AddEnds(samples, features);
-  const std::size_t interior = features.size() - (plan.closed() ? 0 : 2);
-  plan.dropped = found - interior;
-  plan.features = std::move(features);
-  const double length = plan.closed() ? plan.period : samples.x.back() - samples.x.front();
-  HalveLongGaps(samples, rules.longest_gap * length, plan);
-  while (plan.features.size() >= (plan.closed() ? kFewestClosedFeatures : 3)) {
-    const std::vector<double> by_variation = KnotsByVariation(samples, slopes, plan);
-    const std::vector<double> evenest = EvenestKnots(plan);
-    for (int eighths = 0; eighths <= 8; ++eighths) {
-      plan.evened = eighths / 8.0;
-      plan.knots = Blend(by_variation, evenest, plan.evened);
-      if (Keeps(plan.knots, plan.period, rules)) return plan;
+  if (!found.closed()) AddEnds(samples, features);
+  found.dropped = given - (features.size() - (found.closed() ? 0 : 2));
+  found.features = std::move(features);
+  while (true) {
+    KnotPlan plan = found;
+    HalveLongGaps(samples, rules, plan);
+    while (plan.features.size() >= kFewestFeatures) {
+      if (KeepRules(samples, slopes, rules, plan)) return plan;
+      if (!HalveNear(samples, LeastSlope(EvenestKnots(plan), plan.period).interval / 3, rules, plan)) break;
     }
-    DropOne(plan);
+    if (found.features.size() <= (found.closed() ? 0 : 2)) break;
+    DropOne(found);
   }
-  SpaceEqually(samples, rules, plan);
-  return plan;
+  SpaceEqually(samples, rules, found);
+  return found;
 }
 
 }  // namespace annulus

@@ -38,9 +38,14 @@ struct KnotRules {
 [[nodiscard]] std::array<double, 2> SplitByVariation(const CurveSamples& samples,
                                                      const std::vector<SlopeEstimate>& slopes, double x0, double x3);
 
-/// Least slope of the uniform cubic B-spline curve that runs through the knots (eq. 2.8; open ends as eq. 2.11), over
-/// the mean slope of the interval where it occurs; 1 for equal distances.
-[[nodiscard]] double LeastSlope(const std::vector<double>& knots, double period);
+/// Where a curve rises least.
+struct SlopeMinimum {
+  double slope = 1.0;        ///< Over the mean slope of its interval; 1 for equal distances.
+  std::size_t interval = 0;  ///< After this knot.
+};
+
+/// Least slope of the uniform cubic B-spline curve that runs through the knots (eq. 2.8; open ends as eq. 2.11).
+[[nodiscard]] SlopeMinimum LeastSlope(const std::vector<double>& knots, double period);
 
 /// Knots of paper 001, §2: the features, two more between each pair by eq. 2.6. Where the paper is silent:
 ///   - an open curve's ends are features; stretches longer than `longest_gap` are halved by features of kind kAdded

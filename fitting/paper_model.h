@@ -28,8 +28,9 @@ struct PaperDirection {
 struct PaperFitReport {
   PaperDirection around;           ///< Cross-sections, theta.
   PaperDirection along;            ///< Longitudinal sections, z.
-  std::size_t levels = 0;          ///< Levels of the scan that were fitted …
-  std::size_t levels_outside = 0;  ///< … and those above and below, where the ring did not see all around.
+  std::size_t levels = 0;          ///< Levels of the scan from the lowest to the highest that were fitted,
+  std::size_t levels_outside = 0;  ///< levels below and above them: not seen all around, or folded;
+  std::size_t levels_folded = 0;   ///< levels within that are bridged: their section turned back on itself.
 };
 
 /// A surface of the paper's kind with its report.
@@ -38,14 +39,16 @@ struct PaperModel {
   PaperFitReport report;
 };
 
-/// One section with the estimates that its knots came from: what the pictures of a fit show.
+/// One section with the estimates that its knots came from.
 struct PaperSection {
   CurveSamples samples;
   std::vector<SlopeEstimate> slopes;
 };
+/// What the pictures of a fit show.
 struct PaperSections {
   PaperSection around;
   PaperSection along;
+  double tensor_error = 0.0;  ///< mm, see TensorApproximation.
 };
 
 }  // namespace annulus

@@ -142,6 +142,34 @@ Eigen::MatrixXd OpenControlPoints(const Eigen::MatrixXd& points) {
   return control;
 }
 
+Eigen::MatrixXd SectionPoints(const std::vector<double>& theta, const Eigen::VectorXd& radius) {
+  ENSURE(radius.size() == static_cast<Eigen::Index>(theta.size()), "one radius per direction");
+  Eigen::MatrixXd points(radius.size(), 2);
+  for (Eigen::Index i = 0; i < radius.size(); ++i) {
+    const double angle = theta[static_cast<std::size_t>(i)];
+    points.row(i) << radius[i] * std::cos(angle), radius[i] * std::sin(angle);
+  }
+  return points;
+}
+
+bool TurnsBack(const Eigen::MatrixXd& control) {
+  const Eigen::Index n = control.rows();
+  for (Eigen::Index span = 0; span < n; ++span) {
+    for (int k = 0; k < kChecksPerSpan; ++k) {
+      const UniformWeights w(static_cast<double>(k) / kChecksPerSpan);
+      Eigen::RowVector2d p = Eigen::RowVector2d::Zero();
+      Eigen::RowVector2d slope = Eigen::RowVector2d::Zero();
+      for (std::size_t a = 0; a < 4; ++a) {
+        const Eigen::RowVector2d q = control.row((span + static_cast<Eigen::Index>(a) + n - 1) % n);
+        p += w.value[a] * q;
+        slope += w.first[a] * q;
+      }
+      if (!(p.x() * slope.y() - p.y() * slope.x() > 0.0)) return true;
+    }
+  }
+  return false;
+}
+
 PaperSurface::PaperSurface(std::vector<double> theta_knots, std::vector<double> z_knots,
                            std::vector<Eigen::Vector3d> control)
     : theta_knots_(std::move(theta_knots)), z_knots_(std::move(z_knots)), control_(std::move(control)) {}
@@ -172,6 +200,25 @@ Result<PaperSurface> PaperSurface::FromControlPoints(std::vector<double> theta_k
   PaperSurface surface(std::move(theta_knots), std::move(z_knots), std::move(control));
   RETURN_IF_ERROR(surface.CheckSections());
   return surface;
+}
+
+Result<PaperSurface> PaperSurface::Through(std::vector<double> theta_knots, std::vector<double> z_knots,
+                                           const Eigen::MatrixXd& radius) {
+  const auto m = static_cast<Eigen::Index>(theta_knots.size());
+  const auto n = static_cast<Eigen::Index>(z_knots.size());
+  ENSURE(radius.rows() == n && radius.cols() == m, "one radius per pair of knots");
+  if (m < 4 || n < 2 || !radius.allFinite()) return Refuse("too few knots, or radii that are not finite");
+  Eigen::MatrixXd section_control(n, 2 * m);  // row j: x of V_0j … V_mj, then y
+  for (Eigen::Index j = 0; j < n; ++j) {
+    section_control.row(j) = ClosedControlPoints(SectionPoints(theta_knots, radius.row(j))).reshaped().transpose();
+  }
+  const Eigen::MatrixXd control = OpenControlPoints(section_control);
+  const Eigen::MatrixXd heights = OpenControlPoints(Eigen::Map<const Eigen::VectorXd>(z_knots.data(), n));
+  std::vector<Eigen::Vector3d> points;
+  for (Eigen::Index j = 0; j < control.rows(); ++j) {
+    for (Eigen::Index i = 0; i < m; ++i) points.emplace_back(control(j, i), control(j, m + i), heights(j, 0));
+  }
+  return FromControlPoints(std::move(theta_knots), std::move(z_knots), std::move(points));
 }
 
 Status PaperSurface::CheckSections() const {
@@ -253,31 +300,52 @@ double PaperSurface::SolveV(double z) const {
 SurfaceParameters PaperSurface::Solve(double theta, double z) const {
   const double v = SolveV(z);
   // Knot line i lies at theta_i on every section (eq. 2.7), so the knots bracket u.
+  const std::size_t m = theta_knots_.size();
   const double wanted = theta_knots_.front() + WrapAngle(theta - theta_knots_.front());
   const auto above = std::upper_bound(theta_knots_.begin() + 1, theta_knots_.end(), wanted);
   const auto span = static_cast<std::size_t>(above - theta_knots_.begin()) - 1;
   const double from = theta_knots_[span];
-  const double to = span + 1 < theta_knots_.size() ? theta_knots_[span + 1] : theta_knots_.front() + kTwoPi;
-  const double cosine = std::cos(theta);
-  const double sine = std::sin(theta);
-  double low = static_cast<double>(span);
-  double high = low + 1.0;
-  double u = low + (wanted - from) / (to - from);
+  const double to = span + 1 < m ? theta_knots_[span + 1] : theta_knots_.front() + kTwoPi;
+  const std::array<Eigen::Vector2d, 4> curve = SectionSpan(span, v);
+  const Eigen::Vector2d direction(std::cos(theta), std::sin(theta));
+  double low = 0.0;
+  double high = 1.0;
+  double t = (wanted - from) / (to - from);
   for (int k = 0; k < 60; ++k) {
-    const SurfacePartials p = Partials({u, v});
-    const double across = cosine * p.point.y() - sine * p.point.x();
-    const double along = cosine * p.point.x() + sine * p.point.y();
-    const double off = std::atan2(across, along);
+    const UniformWeights w(t);
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    for (std::size_t a = 0; a < 4; ++a) {
+      p += w.value[a] * curve[a];
+      slope += w.first[a] * curve[a];
+    }
+    const double across = direction.x() * p.y() - direction.y() * p.x();
+    const double off = std::atan2(across, direction.dot(p));
     if (off == 0.0) break;
-    (off > 0.0 ? high : low) = u;
-    const double turning = (p.point.x() * p.u.y() - p.point.y() * p.u.x()) / p.point.head<2>().squaredNorm();
-    const double newton = u - off / turning;
+    (off > 0.0 ? high : low) = t;
+    const double turning = (p.x() * slope.y() - p.y() * slope.x()) / p.squaredNorm();
+    const double newton = t - off / turning;
     const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
-    const bool settled = std::abs(next - u) * turning < 1e-15;
-    u = next;
+    const bool settled = std::abs(next - t) * turning < 1e-15;
+    t = next;
     if (settled) break;
   }
-  return {u < static_cast<double>(theta_knots_.size()) ? u : 0.0, v};
+  const double u = static_cast<double>(span) + t;
+  return {u < static_cast<double>(m) ? u : 0.0, v};
+}
+
+std::array<Eigen::Vector2d, 4> PaperSurface::SectionSpan(std::size_t span, double v) const {
+  const std::size_t m = theta_knots_.size();
+  const std::size_t j = std::min(static_cast<std::size_t>(v), z_knots_.size() - 2);
+  const UniformWeights up(v - static_cast<double>(j));
+  std::array<Eigen::Vector2d, 4> curve;
+  for (std::size_t a = 0; a < 4; ++a) {
+    curve[a] = Eigen::Vector2d::Zero();
+    for (std::size_t b = 0; b < 4; ++b) {
+      curve[a] += up.value[b] * control_[(j + b) * m + (span + a + m - 1) % m].head<2>();
+    }
+  }
+  return curve;
 }
 
 RadiusJet PaperSurface::Jet(double theta, double z) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace annulus {
 /// `points`; the first point belongs to Q_0 … Q_2. The end rule makes P'' at the ends parallel to P', so the curvature
 /// there is 0 though P'' is not. Requires at least 2 rows.
 [[nodiscard]] Eigen::MatrixXd OpenControlPoints(const Eigen::MatrixXd& points);
+
+/// P_i of a section (eq. 2.7): x and y, mm, in columns, of the points at radius r_i, mm, in direction theta_i, rad.
+[[nodiscard]] Eigen::MatrixXd SectionPoints(const std::vector<double>& theta, const Eigen::VectorXd& radius);
+
+/// Whether the closed curve of these control points (x, y in columns; eq. 2.9) somewhere does not run counter-clockwise
+/// about the origin. Checked at 8 places of every span.
+[[nodiscard]] bool TurnsBack(const Eigen::MatrixXd& control);
 
 /// A point of the surface and its partial derivatives, mm.
 struct SurfacePartials {
@@ -46,6 +54,11 @@ class PaperSurface {
   static Result<PaperSurface> FromControlPoints(std::vector<double> theta_knots, std::vector<double> z_knots,
                                                 std::vector<Eigen::Vector3d> control);
 
+  /// The surface through P_ij = (r_ij cos theta_i, r_ij sin theta_i, z_j) (eq. 2.13): eq. 2.8 for every section, then
+  /// eq. 2.11. `radius` holds r_ij, mm, in row j and column i. Fails as FromControlPoints.
+  static Result<PaperSurface> Through(std::vector<double> theta_knots, std::vector<double> z_knots,
+                                      const Eigen::MatrixXd& radius);
+
   [[nodiscard]] const std::vector<double>& theta_knots() const { return theta_knots_; }
   [[nodiscard]] const std::vector<double>& z_knots() const { return z_knots_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& control() const { return control_; }
@@ -71,6 +84,8 @@ class PaperSurface {
   PaperSurface(std::vector<double> theta_knots, std::vector<double> z_knots, std::vector<Eigen::Vector3d> control);
   [[nodiscard]] Status CheckSections() const;
   [[nodiscard]] double SolveV(double z) const;
+  /// The four control points, in the plane, of one span of the section at v.
+  [[nodiscard]] std::array<Eigen::Vector2d, 4> SectionSpan(std::size_t span, double v) const;
 
   std::vector<double> theta_knots_;
   std::vector<double> z_knots_;
@@ -78,13 +93,14 @@ class PaperSurface {
 };
 
 /// The same surface as r(theta, z) on a regular tensor grid, for what needs one (meshes, gradients of measures): its
-/// largest distance from the surface, sampled between its knots, and the surface.
-struct TensorForm {
+/// surface, and how far it is from the other.
+struct TensorApproximation {
   SplineSurface surface;
-  double largest_error = 0.0;  ///< mm
+  double largest_error = 0.0;  ///< mm, along the normal, half-way between grid lines.
 };
 
-/// Doubles the grid until the largest error is at most 0.01 mm or the grid has 2^19 coefficients. Deterministic.
-[[nodiscard]] TensorForm TensorFormOf(const PaperSurface& surface);
+/// Doubles the grid until the largest error is at most 0.01 mm or the grid has 2^19 coefficients (where a section runs
+/// nearly towards the axis, r(theta) is too steep for any grid). Deterministic.
+[[nodiscard]] TensorApproximation ApproximateByTensor(const PaperSurface& surface);
 
 }  // namespace annulus

@@ -66,6 +66,13 @@ SplineSurface InterpolateOn(const PaperSurface& surface, std::size_t theta_count
   return {std::move(theta), std::move(z), control.reshaped()};
 }
 
+/// Distance of the two along the normal, mm, at one place (to first order).
+double DistanceAt(const PaperSurface& surface, const SplineSurface& tensor, double theta, double z) {
+  const RadiusJet jet = tensor.Jet(theta, z);
+  const double steepness = std::sqrt(1.0 + std::pow(jet.r_theta / jet.r, 2) + jet.r_z * jet.r_z);
+  return std::abs(jet.r - surface.Radius(theta, z)) / steepness;
+}
+
 /// Largest errors half-way between grid lines in theta, and in z.
 struct GridErrors {
   double theta = 0.0;
@@ -79,11 +86,8 @@ GridErrors ErrorsOf(const PaperSurface& surface, const SplineSurface& tensor) {
   for (std::size_t i = 0; i < tensor.theta_basis().count(); ++i) {
     const double angle = step * static_cast<double>(i);
     for (std::size_t j = 0; j + 1 < points.size(); ++j) {
-      const double between = angle + 0.5 * step;
-      const double above = 0.5 * (points[j] + points[j + 1]);
-      errors.theta =
-          std::max(errors.theta, std::abs(tensor.Radius(between, points[j]) - surface.Radius(between, points[j])));
-      errors.z = std::max(errors.z, std::abs(tensor.Radius(angle, above) - surface.Radius(angle, above)));
+      errors.theta = std::max(errors.theta, DistanceAt(surface, tensor, angle + 0.5 * step, points[j]));
+      errors.z = std::max(errors.z, DistanceAt(surface, tensor, angle, 0.5 * (points[j] + points[j + 1])));
     }
   }
   return errors;
@@ -91,11 +95,11 @@ GridErrors ErrorsOf(const PaperSurface& surface, const SplineSurface& tensor) {
 
 }  // namespace
 
-TensorForm TensorFormOf(const PaperSurface& surface) {
+TensorApproximation ApproximateByTensor(const PaperSurface& surface) {
   std::size_t theta_count = 3 * surface.theta_knots().size();
   std::size_t parts = 2;
   while (true) {
-    TensorForm form{InterpolateOn(surface, theta_count, parts), 0.0};
+    TensorApproximation form{InterpolateOn(surface, theta_count, parts), 0.0};
     const GridErrors errors = ErrorsOf(surface, form.surface);
     form.largest_error = errors.theta + errors.z;
     const bool finer_theta = errors.theta > 0.5 * kLargestError;

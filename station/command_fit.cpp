@@ -16,12 +16,10 @@
 namespace annulus {
 namespace {
 
-enum class MethodName { kAdaptive, kUniform, kPaper };
-
 struct FitCommandOptions {
   std::vector<std::string> scans;
   std::string out;
-  MethodName method = MethodName::kAdaptive;
+  FitMethod method = FitMethod::kAdaptive;
   std::string report;
   std::string report_image;
   bool no_covariance = false;
@@ -36,7 +34,6 @@ Error About(Error error, const std::vector<std::string>& paths) {
 }
 
 Status RunFit(const FitCommandOptions& options, CommandIo& io) {
-  if (options.method == MethodName::kPaper) return NotYet(io, "fit with --method paper");
   std::vector<Scan> scans;
   for (const std::string& path : options.scans) {
     auto scan = ReadRecording(io.storage(), path);
@@ -48,11 +45,15 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
   context.stop = io.stop();
   context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   FitOptions fit_options;
-  fit_options.method = options.method == MethodName::kUniform ? FitMethod::kUniform : FitMethod::kAdaptive;
+  fit_options.method = options.method;
   auto fit = FitScans(scans, fit_options, context);
   display.Clear();
   if (!fit) return tl::unexpected(About(fit.error(), options.scans));
   Log(LogLevel::kInfo, fit->fit.summary.BriefReport());
+  constexpr std::size_t kFew = 10;  // returns; wild ones beside the body
+  for (const SectionRegion& region : fit->fit.summary.regions) {
+    Log(region.left_out > kFew ? LogLevel::kWarning : LogLevel::kInfo, region.BriefReport());
+  }
   if (options.no_covariance) {
     for (SurfaceSegment& segment : fit->fit.model.segments) segment.normal_matrix.resize(0, 0);
   }
@@ -144,9 +145,9 @@ std::string EvalLine(const MeasuredSurface& body, const Place& place) {
   const Knowledge knowledge = body.KnowledgeAt(theta, place.z);
   std::string line = Number(place.theta_deg) + "," + Number(place.z) + ",";
   if (knowledge == Knowledge::kUnknown) return line + ",,,,,,,unknown\n";
-  const Eigen::Vector3d point = body.surface().Point(theta, place.z);
-  const Eigen::Vector3d normal = body.surface().Normal(theta, place.z);
-  line += Number(body.surface().Radius(theta, place.z));
+  const Eigen::Vector3d point = body.Point(theta, place.z);
+  const Eigen::Vector3d normal = body.Normal(theta, place.z);
+  line += Number(body.Radius(theta, place.z));
   for (const double value : {point.x(), point.y(), normal.x(), normal.y(), normal.z()}) line += "," + Number(value);
   const double sigma = body.RadiusSigma(theta, place.z);
   line += "," + (std::isfinite(sigma) ? Number(sigma) : std::string());
@@ -176,8 +177,8 @@ Status RunEval(const EvalOptions& options, CommandIo& io) {
 }  // namespace
 
 void AddFitCommand(CLI::App& app, CommandWork& chosen) {
-  static const std::map<std::string, MethodName> kMethods{
-      {"adaptive", MethodName::kAdaptive}, {"uniform", MethodName::kUniform}, {"paper", MethodName::kPaper}};
+  static const std::map<std::string, FitMethod> kMethods{
+      {"adaptive", FitMethod::kAdaptive}, {"uniform", FitMethod::kUniform}, {"paper", FitMethod::kPaper}};
   auto options = std::make_shared<FitCommandOptions>();
   CLI::App* command = app.add_subcommand("fit", "fit one smooth surface to the returns of a scan");
   command->add_option("scans", options->scans, "recordings of one person")->required();

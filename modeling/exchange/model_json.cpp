@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "modeling/exchange/base64.h"
+#include "modeling/exchange/json_fields.h"
+#include "modeling/exchange/paper_json.h"
 
 namespace annulus {
 namespace {
@@ -14,7 +16,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kVersion = 1;
 constexpr std::size_t kMaxCoefficients = std::size_t{1} << 24;
 constexpr std::size_t kMaxRefinements = 4;
-constexpr double kLargest = 1e9;            // of any length, mm
 constexpr double kShortestInterval = 1e-3;  // mm; far above rounding, however often it is halved
 constexpr std::string_view kFormat = "annulus-model";
 
@@ -54,7 +55,25 @@ Json FlagsToJson(const HierarchicalSpline& hierarchy) {
   return levels;
 }
 
+Json AxisToJson(const SegmentAxis& axis) {
+  return {{"z_middle_mm", axis.z_middle},  {"x_mm", axis.at.x()},       {"y_mm", axis.at.y()},
+          {"x_slope", axis.slope.x()},     {"y_slope", axis.slope.y()}, {"x_bend_per_mm", axis.bend.x()},
+          {"y_bend_per_mm", axis.bend.y()}};
+}
+
+Json PaperSurfaceToJson(const SurfaceSegment& segment) {
+  Json json;
+  json["name"] = segment.name;
+  json["kind"] = "P(u, v): bicubic uniform B-spline, closed in u, open in v (paper 001, eq. 2.10)";
+  json["z_min_mm"] = segment.paper->surface.z_min();
+  json["z_max_mm"] = segment.paper->surface.z_max();
+  json["paper"] = PaperModelToJson(*segment.paper);
+  if (!segment.axis.IsRingAxis()) json["axis"] = AxisToJson(segment.axis);
+  return json;
+}
+
 Json SurfaceToJson(const SurfaceSegment& segment) {
+  if (segment.paper != nullptr) return PaperSurfaceToJson(segment);
   const SplineSurface& s = segment.surface;
   const bool plain = segment.hierarchy == nullptr;
   const SplineLevel coarsest = plain ? SplineLevel{s.theta_basis(), s.z_basis()} : segment.hierarchy->levels().front();
@@ -69,6 +88,7 @@ Json SurfaceToJson(const SurfaceSegment& segment) {
   json["z_breakpoints_mm"] = coarsest.z.breakpoints();
   json["refined"] = plain ? Json::array() : FlagsToJson(*segment.hierarchy);
   json["coefficients_mm"] = std::vector<double>(c.data(), c.data() + c.size());
+  if (!segment.axis.IsRingAxis()) json["axis"] = AxisToJson(segment.axis);
   return json;
 }
 
@@ -87,54 +107,6 @@ Json KnowledgeToJson(const KnowledgeMap& map) {
   json["z_max_mm"] = map.z_max();
   json["rows"] = rows;
   return json;
-}
-
-/// Thrown and caught inside this file only.
-struct BadModel {
-  std::string seen;
-};
-
-const Json& Member(const Json& json, const char* key) {
-  if (!json.is_object()) throw BadModel{std::string("the holder of '") + key + "' is not an object"};
-  const auto found = json.find(key);
-  if (found == json.end()) throw BadModel{std::string("'") + key + "' is missing"};
-  return *found;
-}
-
-double Number(const Json& json, const char* key) {
-  const Json& value = Member(json, key);
-  if (!value.is_number()) throw BadModel{std::string("'") + key + "' is not a number"};
-  const auto number = value.get<double>();
-  if (!std::isfinite(number) || std::abs(number) > kLargest)
-    throw BadModel{std::string("'") + key + "' is out of range"};
-  return number;
-}
-
-std::size_t Count(const Json& json, const char* key, std::size_t low, std::size_t high) {
-  const Json& value = Member(json, key);
-  if (!value.is_number_unsigned()) throw BadModel{std::string("'") + key + "' is not a count"};
-  const auto count = value.get<std::uint64_t>();
-  if (count < low || count > high) throw BadModel{std::string("'") + key + "' is out of range"};
-  return static_cast<std::size_t>(count);
-}
-
-std::string String(const Json& json, const char* key) {
-  const Json& value = Member(json, key);
-  if (!value.is_string()) throw BadModel{std::string("'") + key + "' is not a text"};
-  return value.get<std::string>();
-}
-
-std::vector<double> Numbers(const Json& json, const char* key) {
-  const Json& values = Member(json, key);
-  if (!values.is_array()) throw BadModel{std::string("'") + key + "' is not a list"};
-  std::vector<double> numbers;
-  numbers.reserve(values.size());
-  for (const Json& value : values) {
-    if (!value.is_number()) throw BadModel{std::string("'") + key + "' holds something that is not a number"};
-    numbers.push_back(value.get<double>());
-    if (!std::isfinite(numbers.back())) throw BadModel{std::string("'") + key + "' holds an infinite number"};
-  }
-  return numbers;
 }
 
 RefinementFlags FlagsFromJson(const Json& json, std::size_t theta_cells, std::size_t z_cells) {
@@ -160,11 +132,31 @@ RefinementFlags FlagsFromJson(const Json& json, std::size_t theta_cells, std::si
   return flags;
 }
 
+/// An axis that stays within `kLargestLength` over the heights of its surface.
+SegmentAxis AxisFromJson(const Json& json, const SplineSurface& surface) {
+  SegmentAxis axis;
+  axis.z_middle = Number(json, "z_middle_mm");
+  axis.at = {Number(json, "x_mm"), Number(json, "y_mm")};
+  axis.slope = {Number(json, "x_slope"), Number(json, "y_slope")};
+  axis.bend = {Number(json, "x_bend_per_mm"), Number(json, "y_bend_per_mm")};
+  for (const double z : {surface.z_min(), surface.z_max()}) {
+    if (!(axis.At(z).cwiseAbs().maxCoeff() <= kLargestLength)) throw BadModel{"'axis' leaves the range"};
+  }
+  return axis;
+}
+
+SurfaceSegment PaperSurfaceFromJson(const Json& json) {
+  auto paper = std::make_shared<const PaperModel>(PaperModelFromJson(Member(json, "paper")));
+  SplineSurface surface = ApproximateByTensor(paper->surface).surface;
+  return {String(json, "name"), std::move(surface), {}, {}, {}, {}, std::move(paper)};
+}
+
 SurfaceSegment SurfaceFromJson(const Json& json) {
+  if (json.is_object() && json.contains("paper")) return PaperSurfaceFromJson(json);
   const std::size_t theta_count = Count(json, "theta_count", 4, 100'000);
   std::vector<double> breakpoints = Numbers(json, "z_breakpoints_mm");
   if (breakpoints.size() < 2) throw BadModel{"'z_breakpoints_mm' has fewer than two entries"};
-  if (std::abs(breakpoints.front()) > kLargest || std::abs(breakpoints.back()) > kLargest) {
+  if (std::abs(breakpoints.front()) > kLargestLength || std::abs(breakpoints.back()) > kLargestLength) {
     throw BadModel{"'z_breakpoints_mm' is out of range"};
   }
   for (std::size_t k = 1; k < breakpoints.size(); ++k) {
@@ -274,6 +266,9 @@ SurfaceModel ModelFromObject(const Json& json) {
   SurfaceModel model;
   for (std::size_t k = 0; k < surfaces.size(); ++k) {
     SurfaceSegment segment = SurfaceFromJson(surfaces[k]);
+    if (const auto axis = surfaces[k].find("axis"); axis != surfaces[k].end())
+      segment.axis = AxisFromJson(*axis, segment.surface);
+    if (k == 0 && !segment.axis.IsRingAxis()) throw BadModel{"the first surface is not about the ring's axis"};
     segment.knowledge = KnowledgeFromJson(measured[k]);
     if (!matrices.empty()) {
       segment.normal_matrix = MatrixFromJson(

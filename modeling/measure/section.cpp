@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/frames.h"
+#include "fitting/paper_model.h"
 #include "modeling/measure/gauss.h"
 #include "modeling/mesh/convex_hull_2d.h"
 
@@ -233,6 +234,18 @@ double MeasuredSurface::RadiusSigma(double theta, double z) const {
     gradient = segment_->hierarchy->ActiveRow(theta, z);
   }
   return std::sqrt(covariance_->LocalVariance(gradient));
+}
+
+double MeasuredSurface::Radius(double theta, double z) const {
+  return segment_->paper ? segment_->paper->surface.Radius(theta, z) : surface().Radius(theta, z);
+}
+
+Eigen::Vector3d MeasuredSurface::Point(double theta, double z) const {
+  return segment_->paper ? segment_->paper->surface.Point(theta, z) : surface().Point(theta, z);
+}
+
+Eigen::Vector3d MeasuredSurface::Normal(double theta, double z) const {
+  return segment_->paper ? segment_->paper->surface.Normal(theta, z) : surface().Normal(theta, z);
 }
 
 Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {

@@ -25,6 +25,11 @@ class MeasuredSurface {
 
   [[nodiscard]] const SplineSurface& surface() const { return segment_->surface; }
   [[nodiscard]] const SurfaceSegment& segment() const { return *segment_; }
+  /// Radius (mm), point (mm) and outward unit normal at one place, station frame: of the surface P(u, v) itself where
+  /// the model has one (solved for theta), which `surface()` follows within 0.01 mm; else of `surface()`.
+  [[nodiscard]] double Radius(double theta, double z) const;
+  [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
+  [[nodiscard]] Eigen::Vector3d Normal(double theta, double z) const;
   [[nodiscard]] Knowledge KnowledgeAt(double theta, double z) const { return segment_->knowledge.At(theta, z); }
   /// Value and sd of a quantity with this gradient with respect to the coefficients of surface().
   [[nodiscard]] Uncertain WithSigma(double value, const Eigen::VectorXd& gradient) const;
