@@ -101,19 +101,24 @@ void Join(const FitSummary& part, FitSummary& all) {
 /// One piece as it was fitted about an axis of its own.
 struct PartFit {
   FitResult fit;
-  std::vector<std::size_t> samples;  ///< Those given to the fit, of all samples.
+  std::vector<std::size_t> samples;  ///< Those given to the fit, of all samples, the seam included.
+  std::size_t turning_back = 0;      ///< Samples on levels that are not star-shaped.
 };
 
 Result<PartFit> FitPart(std::span<const SurfaceSample> all, const SectionPart& part, const FitOptions& options,
                         const TaskContext& context) {
-  const std::vector<SurfaceSample> samples = Pick(all, part.samples);
+  std::vector<std::size_t> indices = part.samples;
+  indices.insert(indices.end(), part.seam.begin(), part.seam.end());
+  std::sort(indices.begin(), indices.end());
+  const std::vector<SurfaceSample> samples = Pick(all, indices);
   const auto axis = FindSegmentAxis(samples);
   if (!axis) return Fail(axis);
   const std::vector<char> fits = StarShapedLevels(samples, *axis);
   PartFit result;
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (fits[k] != 0) result.samples.push_back(part.samples[k]);
+    if (fits[k] != 0) result.samples.push_back(indices[k]);
   }
+  result.turning_back = samples.size() - result.samples.size();
   const auto kept = static_cast<double>(result.samples.size());
   if (kept < kLeastStarShaped * static_cast<double>(samples.size())) {
     return Fail("fit a limb", "on too many levels it turns back about any axis through it", "stretch it");
@@ -191,6 +196,10 @@ Status BodyFit::FitMain(const FitOptions& options, const TaskContext& context) {
     return tl::unexpected(std::move(error));
   }
   result_ = std::move(*fit);
+  for (SectionRegion& region : topology_.regions) {
+    const bool goes_on = region.kind == RegionKind::kOverhang || region.kind == RegionKind::kUnseen;
+    region.left_out = goes_on ? 0 : region.samples;
+  }
   Renumber(indices, result_.summary);
   result_.summary.segment_of_sample.assign(samples_.size(), FitSummary::kNoSegment);
   for (const std::size_t k : indices) result_.summary.segment_of_sample[k] = 0;
@@ -214,17 +223,24 @@ void BodyFit::FitParts(const FitOptions& options, const TaskContext& context) {
       continue;
     }
     outcome += "fitted as segment " + part.name;
-    const std::size_t left_out = part.samples.size() - fitted->samples.size();
-    if (left_out > 0) outcome += ", not fitted: " + std::to_string(left_out) + " returns of levels that turn back";
+    if (fitted->turning_back > 0) {
+      outcome += ", not fitted: " + std::to_string(fitted->turning_back) + " returns of levels that turn back";
+    }
+    topology_.regions[part.region].left_out -=
+        std::min(part.samples.size() - fitted->turning_back, topology_.regions[part.region].left_out);
     Add(std::move(*fitted));
   }
 }
 
 void BodyFit::Add(PartFit part) {
   Renumber(part.samples, part.fit.summary);
+  std::vector<std::uint8_t>& segment_of_sample = result_.summary.segment_of_sample;
+  std::erase_if(part.fit.summary.rejected,
+                [&](const RejectedSample& sample) { return segment_of_sample[sample.index] == 0; });  // of the seam
   Join(part.fit.summary, result_.summary);
   for (const std::size_t k : part.samples) {
-    result_.summary.segment_of_sample[k] = static_cast<std::uint8_t>(result_.model.segments.size());
+    if (segment_of_sample[k] == 0) continue;
+    segment_of_sample[k] = static_cast<std::uint8_t>(result_.model.segments.size());
   }
   result_.model.segments.push_back(std::move(part.fit.model.segments.front()));
 }

@@ -14,6 +14,7 @@ constexpr double kWidestGap = 0.15;       // rad; across a wider gap a step says
 constexpr double kShortestObject = 20.0;  // mm
 constexpr std::size_t kFewestRows = 3;
 constexpr std::size_t kFewestCells = 12;
+constexpr double kLostHeight = 30.0;  // mm; over which an object may be lost to view and go on
 constexpr std::ptrdiff_t kReach = 2;  // cells; an object's cells are at most this far apart
 
 enum : std::uint8_t { kMain = 0, kFront = 1, kTaken = 2 };
@@ -29,6 +30,17 @@ void MarkRow(const RingImage& image, std::size_t row, std::vector<std::uint8_t>&
     const std::size_t after = columns[k % n];
     return image.AngleFrom(before, after) > kWidestGap ? 0.0 : image.Radius(row, after) - image.Radius(row, before);
   };
+  // Whether the lower surface that begins at the k-th seen column goes on in a direction (1 or n - 1) for a while.
+  const auto goes_on = [&](std::size_t k, std::size_t direction) {
+    constexpr std::size_t kWhile = 3;
+    for (std::size_t i = 1; i < kWhile; ++i, k += direction) {
+      const std::size_t a = columns[k % n];
+      const std::size_t b = columns[(k + direction) % n];
+      const double angle = direction == 1 ? image.AngleFrom(a, b) : image.AngleFrom(b, a);
+      if (angle > kWidestGap || std::abs(image.Radius(row, b) - image.Radius(row, a)) > kStep) return false;
+    }
+    return true;
+  };
   for (std::size_t first = 0; first < n; ++first) {
     if (step(first) < kStep) continue;
     for (std::size_t length = 1; length < n / 2; ++length) {
@@ -36,6 +48,8 @@ void MarkRow(const RingImage& image, std::size_t row, std::vector<std::uint8_t>&
       const double after = step(first + length);
       if (after > kStep) break;  // a higher run begins here
       if (after > -kStep) continue;
+      // A leg's own silhouette is a step too, but nothing goes on behind it.
+      if (!goes_on(first + n - 1, n - 1) && !goes_on(first + length, 1)) break;
       for (std::size_t k = first; k < first + length; ++k) marks[image.Index(row, columns[k % n])] = kFront;
       break;
     }
@@ -58,10 +72,14 @@ void Around(const RingImage& image, std::size_t cell, std::ptrdiff_t rows, std::
 
 /// The marked cells that hang together with `seed`; they are marked as taken.
 std::vector<std::size_t> Collect(const RingImage& image, std::size_t seed, std::vector<std::uint8_t>& marks) {
+  const double pitch =
+      (image.z(image.rows() - 1) - image.z(0)) / std::max(1.0, static_cast<double>(image.rows()) - 1.0);
+  const double lost = pitch > 0.0 ? std::min(30.0, kLostHeight / pitch) : 0.0;
+  const std::ptrdiff_t rows = std::max(kReach, static_cast<std::ptrdiff_t>(std::lround(lost)));
   std::vector<std::size_t> cells{seed};
   marks[seed] = kTaken;
   for (std::size_t next = 0; next < cells.size(); ++next) {
-    Around(image, cells[next], kReach, kReach, [&](std::size_t k) {
+    Around(image, cells[next], rows, kReach, [&](std::size_t k) {
       if (marks[k] != kFront) return;
       marks[k] = kTaken;
       cells.push_back(k);

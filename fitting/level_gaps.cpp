@@ -7,43 +7,47 @@
 namespace annulus {
 namespace {
 
-constexpr std::size_t kFewestColumns = 3;  // fewer are lost returns
-constexpr double kNarrowest = 0.06;        // rad
-constexpr double kSilhouetteFall = 0.7;    // 35 degrees; a trunk of 2 : 1 falls by at most 0.75 and on one side only
-constexpr double kFaintFall = 0.25;        // enough beside a gap that is open
+constexpr std::size_t kFewestLost = 3;   // fewer are lost returns
+constexpr double kNarrowest = 0.06;      // rad
+constexpr double kSilhouetteFall = 0.7;  // 35 degrees; a trunk of 2 : 1 falls by at most 0.75 and on one side only
+constexpr double kFaintFall = 0.25;      // enough beside a gap that is open
 constexpr double kTooWideToMiss = 70.0 * kPi / 180.0;  // no hair or dead board is wider beside an open gap
 constexpr double kShortestOpening = 20.0;              // mm
 constexpr std::size_t kFewestRows = 3;
 constexpr double kEdge = 0.3;  // rad; the slope of an end is taken over at most this
 
 /// Slope with which the radius falls over the last seen columns towards a gap: `at` is the position of the gap's end in
-/// `seen`, `inward` the step away from the gap.
+/// `seen`, `inward` the step away from the gap. Over two columns, or over one where the next gap is near.
 double FallTowards(const RingImage& image, std::size_t row, const std::vector<std::size_t>& seen, std::size_t at,
                    std::ptrdiff_t inward) {
   const auto n = static_cast<std::ptrdiff_t>(seen.size());
-  const auto second = (static_cast<std::ptrdiff_t>(at) + 2 * inward + 2 * n) % n;
   const std::size_t end = seen[at];
-  const std::size_t inner = seen[static_cast<std::size_t>(second)];
-  const double angle = inward < 0 ? image.AngleFrom(inner, end) : image.AngleFrom(end, inner);
-  if (!(angle > 0.0) || angle > kEdge) return 0.0;
-  const double r = image.Radius(row, end);
-  return (image.Radius(row, inner) - r) / (std::max(1.0, r) * angle);
+  for (const std::ptrdiff_t steps : {2, 1}) {
+    const std::size_t inner =
+        seen[static_cast<std::size_t>((static_cast<std::ptrdiff_t>(at) + steps * inward + 2 * n) % n)];
+    const double angle = inward < 0 ? image.AngleFrom(inner, end) : image.AngleFrom(end, inner);
+    if (!(angle > 0.0) || angle > kEdge) continue;
+    const double r = image.Radius(row, end);
+    return (image.Radius(row, inner) - r) / (std::max(1.0, r) * angle);
+  }
+  return 0.0;
 }
 
 void AppendGaps(const RingImage& image, std::size_t row, std::vector<LevelGap>& gaps) {
   const std::vector<std::size_t> seen = image.SeenColumns(row);
   const std::size_t n = seen.size();
   if (n < 4) return;
+  // By angle, not by columns: a sensor that never saw anything has no column.
+  const double spacing = kTwoPi / static_cast<double>(image.grid().RingSize());
+  const double narrowest = std::max(kNarrowest, (static_cast<double>(kFewestLost) + 0.5) * spacing);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = (k + 1) % n;
-    const std::size_t missing = (seen[next] + image.columns() - seen[k] - 1) % image.columns();
-    if (missing < kFewestColumns) continue;
     LevelGap gap;
     gap.row = row;
     gap.before = seen[k];
     gap.after = seen[next];
     gap.width = image.AngleFrom(gap.before, gap.after);
-    if (gap.width < kNarrowest) continue;
+    if (gap.width < narrowest) continue;
     const double a = image.Radius(row, gap.before);
     const double b = image.Radius(row, gap.after);
     gap.chord = std::sqrt(std::max(0.0, a * a + b * b - 2.0 * a * b * std::cos(gap.width)));

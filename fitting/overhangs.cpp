@@ -37,8 +37,12 @@ void AppendFalls(const RingImage& image, const std::vector<char>& leave_out, std
   const double least = std::max(kSmallestDrop, kSmallestSlope * (image.z(row) - image.z(below)));
   const auto falls_at = [&](std::size_t column) { return Drop(image, leave_out, row, below, column) >= least; };
   const std::size_t n = image.columns();
-  for (std::size_t start = 0; start < n; ++start) {
-    if (!falls_at(start) || falls_at(image.grid().Column(start, -1))) continue;
+  std::size_t still = 0;  // a column without a fall, if there is one: a fall may go all around
+  while (still + 1 < n && falls_at(still)) ++still;
+  const bool all_around = n > 0 && falls_at(still);
+  for (std::size_t k = 0; k < (all_around ? 1 : n); ++k) {
+    const std::size_t start = image.grid().Column(still, static_cast<std::ptrdiff_t>(k));
+    if (!falls_at(start) || (!all_around && falls_at(image.grid().Column(start, -1)))) continue;
     Fall fall{row, below, start, start, 0, 0.0};
     double length = 0.0;
     for (std::size_t column = start; falls_at(column) && fall.cells < n; column = image.grid().Column(column, 1)) {

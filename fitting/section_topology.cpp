@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/frames.h"
+#include "fitting/air_ranges.h"
 #include "fitting/front_objects.h"
 #include "fitting/level_gaps.h"
 #include "fitting/overhangs.h"
@@ -14,11 +15,9 @@
 namespace annulus {
 namespace {
 
-constexpr double kShortestRange = 20.0;   // mm; a shorter stretch of other levels is passed over
-constexpr double kTouchingKnees = 100.0;  // mm; legs that touch for no longer than this are still legs
-constexpr std::size_t kFewestRows = 3;
-constexpr double kArmLength = 150.0;    // mm; what stands in front for at least this is an arm
-constexpr double kShortestPart = 60.0;  // mm; less is not worth a surface of its own
+constexpr double kShortestRange = 20.0;  // mm; what is seen over less height is passed over
+constexpr double kArmLength = 150.0;     // mm; what stands in front for at least this is an arm
+constexpr double kShortestPart = 60.0;   // mm; less is not worth a surface of its own
 
 std::string Text(const char* format, double a, double b = 0.0) {
   std::array<char, 160> text{};
@@ -26,120 +25,16 @@ std::string Text(const char* format, double a, double b = 0.0) {
   return text.data();
 }
 
-/// A run of columns between open gaps.
-struct Arc {
-  std::size_t from = 0;
-  std::size_t to = 0;
-};
-
-/// Consecutive rows that are seen alike.
-struct RowRange {
-  std::size_t first = 0;
-  std::size_t last = 0;
-  LevelView view = LevelView::kOneLoop;
-};
-
-/// The rows' open gaps: gaps[first_of_row[row]] … gaps[first_of_row[row + 1]].
-class OpenGaps {
- public:
-  OpenGaps(const RingImage& image, const std::vector<LevelGap>& gaps) : first_of_row_(image.rows() + 1, 0) {
-    for (const LevelGap& gap : gaps) {
-      if (gap.open) open_.push_back(gap);
-    }
-    for (const LevelGap& gap : open_) ++first_of_row_[gap.row + 1];
-    std::partial_sum(first_of_row_.begin(), first_of_row_.end(), first_of_row_.begin());
-  }
-  [[nodiscard]] std::size_t Count(std::size_t row) const { return first_of_row_[row + 1] - first_of_row_[row]; }
-  /// The runs between the gaps of a row.
-  [[nodiscard]] std::vector<Arc> Arcs(std::size_t row) const {
-    std::vector<Arc> arcs;
-    const std::size_t n = Count(row);
-    for (std::size_t k = 0; k < n; ++k) {
-      arcs.push_back({open_[first_of_row_[row] + k].after, open_[first_of_row_[row] + (k + 1) % n].before});
-    }
-    return arcs;
-  }
-
- private:
-  std::vector<LevelGap> open_;
-  std::vector<std::size_t> first_of_row_;
-};
-
-/// What each row is by its own gaps.
-std::vector<LevelView> ViewsOfRows(const RingImage& image, const OpenGaps& gaps) {
-  constexpr std::size_t kFewestSeen = 4;
-  std::vector<LevelView> views;
-  for (std::size_t row = 0; row < image.rows(); ++row) {
-    std::size_t seen = 0;
-    for (std::size_t column = 0; column < image.columns(); ++column) seen += image.IsSeen(row, column) ? 1 : 0;
-    const std::size_t open = gaps.Count(row);
-    views.push_back(seen < kFewestSeen ? LevelView::kEmpty
-                    : open == 0        ? LevelView::kOneLoop
-                    : open == 1        ? LevelView::kAxisOutside
-                                       : LevelView::kSeveralLoops);
-  }
-  return views;
-}
-
-bool IsLong(const RingImage& image, const RowRange& range, double shortest) {
-  return range.last - range.first + 1 >= kFewestRows && image.z(range.last) - image.z(range.first) >= shortest;
-}
-
-/// Runs of rows with and without air at the axis; empty rows belong to the run before them.
-std::vector<RowRange> Runs(const std::vector<LevelView>& views) {
-  std::vector<RowRange> runs;
-  for (std::size_t row = 0; row < views.size(); ++row) {
-    if (views[row] == LevelView::kEmpty) continue;
-    const bool air = views[row] != LevelView::kOneLoop;
-    if (runs.empty() || air != (runs.back().view != LevelView::kOneLoop)) {
-      runs.push_back({row, row, air ? LevelView::kSeveralLoops : LevelView::kOneLoop});
-    }
-    runs.back().last = row;
-  }
-  return runs;
-}
-
-/// Ranges of rows with air at the axis: short interruptions are closed, then short ranges dropped.
-std::vector<RowRange> AirRanges(const RingImage& image, const std::vector<LevelView>& views) {
-  std::vector<RowRange> ranges;
-  for (const RowRange& run : Runs(views)) {
-    if (run.view == LevelView::kOneLoop) continue;
-    const auto several =
-        std::count(views.begin() + static_cast<std::ptrdiff_t>(run.first),
-                   views.begin() + static_cast<std::ptrdiff_t>(run.last) + 1, LevelView::kSeveralLoops);
-    RowRange range = run;
-    if (several < static_cast<std::ptrdiff_t>(kFewestRows)) range.view = LevelView::kAxisOutside;
-    if (!ranges.empty()) {
-      RowRange& below = ranges.back();
-      const double between = image.z(range.first) - image.z(below.last);
-      const bool legs = below.view == LevelView::kSeveralLoops && range.view == LevelView::kSeveralLoops;
-      if (between <= (legs ? kTouchingKnees : kShortestRange)) {
-        below.last = range.last;
-        if (range.view == LevelView::kSeveralLoops) below.view = range.view;
-        continue;
-      }
-    }
-    ranges.push_back(range);
-  }
-  std::erase_if(ranges, [&](const RowRange& range) { return !IsLong(image, range, kShortestRange); });
-  return ranges;
-}
-
 /// A piece between open gaps, followed over the rows.
 struct Track {
   std::vector<std::size_t> cells;  ///< Ascending by row.
-  Arc last;                        ///< On the last row.
+  ColumnArc last;                  ///< On the last row.
   double z_first = 0.0;            ///< mm
   double z_last = 0.0;             ///< mm
   double x = 0.0;                  ///< Sum over the cells, mm.
 };
 
-bool Overlap(const RingImage& image, const Arc& a, const Arc& b) {
-  return image.AngleFrom(a.from, b.from) <= image.AngleFrom(a.from, a.to) ||
-         image.AngleFrom(b.from, a.from) <= image.AngleFrom(b.from, b.to);
-}
-
-void AppendArc(const RingImage& image, std::size_t row, const Arc& arc, const std::vector<char>& in_front,
+void AppendArc(const RingImage& image, std::size_t row, const ColumnArc& arc, const std::vector<char>& in_front,
                Track& track) {
   for (std::size_t column = arc.from;; column = image.grid().Column(column, 1)) {
     const std::size_t cell = image.Index(row, column);
@@ -161,7 +56,7 @@ std::vector<Track> FollowArcs(const RingImage& image, const OpenGaps& gaps, cons
     const bool several = gaps.Count(row) > 1;
     if (gaps.Count(row) == 0 || several != (range.view == LevelView::kSeveralLoops)) continue;
     std::vector<char> taken(tracks.size(), 0);
-    for (const Arc& arc : gaps.Arcs(row)) {
+    for (const ColumnArc& arc : gaps.Arcs(row)) {
       std::size_t k = 0;
       while (k < taken.size() && (taken[k] != 0 || !Overlap(image, tracks[k].last, arc))) ++k;
       if (k < taken.size()) {
@@ -197,7 +92,6 @@ class Assembly {
 
  private:
   SectionRegion& Add(SectionRegion region) {
-    region.share = usable_ > 0.0 ? static_cast<double>(region.samples) / usable_ : 0.0;
     topology_.regions.push_back(std::move(region));
     return topology_.regions.back();
   }
@@ -207,6 +101,8 @@ class Assembly {
     std::sort(samples.begin(), samples.end());
     return samples;
   }
+  [[nodiscard]] std::vector<std::size_t> SeamAbove(const std::vector<std::size_t>& cells) const;
+  [[nodiscard]] bool TrunkEndsAtTop(const FrontObject& object) const;
   [[nodiscard]] bool InAir(double z) const {
     return std::any_of(air_.begin(), air_.end(), [&](const RowRange& range) {
       return z >= image_.z(range.first) - kShortestRange && z <= image_.z(range.last) + kShortestRange;
@@ -220,15 +116,49 @@ class Assembly {
   double usable_ = 0.0;
 };
 
+/// Samples of the one loop on the row above the highest of `cells` that continue them. `cells` ascend by row.
+std::vector<std::size_t> Assembly::SeamAbove(const std::vector<std::size_t>& cells) const {
+  constexpr double kContinues = 25.0;  // mm; a larger step is an edge
+  std::vector<std::size_t> seam;
+  const std::size_t top = cells.empty() ? image_.rows() : cells.back() / image_.columns();
+  if (top + 1 >= image_.rows() || image_.z(top + 1) - image_.z(top) > kShortestRange) return seam;
+  for (auto cell = cells.rbegin(); cell != cells.rend() && *cell / image_.columns() == top; ++cell) {
+    const std::size_t column = *cell % image_.columns();
+    const std::size_t k = image_.grid().At(top + 1, column);
+    if (k == SampleGrid::kNone || topology_.main[k] == 0) continue;
+    if (std::abs(image_.Radius(top + 1, column) - image_.RawRadius(top, column)) < kContinues) seam.push_back(k);
+  }
+  std::sort(seam.begin(), seam.end());
+  return seam;
+}
+
+/// Whether what is behind an object loses a fifth of its radius where the object begins: the crotch, seen by a ring
+/// whose axis lies in the other leg.
+bool Assembly::TrunkEndsAtTop(const FrontObject& object) const {
+  constexpr double kLoss = 0.8;
+  const std::size_t top = object.cells.back() / image_.columns();
+  const std::size_t above = std::min(top + 2, image_.rows() - 1);
+  double sum_top = 0.0;
+  double sum_above = 0.0;
+  for (std::size_t column = 0; column < image_.columns(); ++column) {
+    if (in_front_[image_.Index(top, column)] != 0 || in_front_[image_.Index(above, column)] != 0) continue;
+    if (!image_.IsSeen(top, column) || !image_.IsSeen(above, column)) continue;
+    sum_top += image_.Radius(top, column);
+    sum_above += image_.Radius(above, column);
+  }
+  return sum_top < kLoss * sum_above;
+}
+
 void Assembly::AddObject(const FrontObject& object) {
   for (const std::size_t k : object.cells) in_front_[k] = 1;
   const std::vector<std::size_t> samples = SamplesOf(object.cells);
   for (const std::size_t k : samples) topology_.main[k] = 0;
-  const bool is_arm = object.z_max - object.z_min >= kArmLength;
+  const bool is_limb = object.z_max - object.z_min >= kArmLength;
   const std::string side = Side(object.x);
+  const std::string limb = side + (TrunkEndsAtTop(object) ? " leg" : " arm");
   SectionRegion region;
   region.kind = RegionKind::kInFront;
-  region.name = is_arm ? side + " arm" : "something before the body";
+  region.name = is_limb ? limb : "something before the body";
   region.z_min = object.z_min;
   region.z_max = object.z_max;
   region.theta_from = image_.theta(object.column_from);
@@ -236,7 +166,7 @@ void Assembly::AddObject(const FrontObject& object) {
   region.samples = samples.size();
   region.why = Text("stands a step before the body on both its sides, at (%.0f, %.0f) mm", object.x, object.y);
   Add(region);
-  SectionPart part{region.name, topology_.regions.size() - 1, {}};
+  SectionPart part{region.name, topology_.regions.size() - 1, {}, {}};
   std::vector<std::size_t> finger_cells;
   std::vector<std::size_t> arm_cells;
   for (const std::size_t k : object.cells) {
@@ -245,6 +175,8 @@ void Assembly::AddObject(const FrontObject& object) {
     (finger ? finger_cells : arm_cells).push_back(k);
   }
   part.samples = SamplesOf(arm_cells);
+  part.seam = SeamAbove(arm_cells);
+  topology_.regions.back().samples = part.samples.size();
   if (object.HasFingers()) {
     region.kind = RegionKind::kSeveralLoops;
     region.name = side + " hand";
@@ -254,7 +186,7 @@ void Assembly::AddObject(const FrontObject& object) {
     region.why = Text("up to %.0f arcs beside each other: fingers", static_cast<double>(object.fingers));
     Add(region);
   }
-  if (is_arm) topology_.parts.push_back(std::move(part));
+  if (is_limb) topology_.parts.push_back(std::move(part));
 }
 
 void Assembly::AddAir(const OpenGaps& gaps, const RowRange& range) {
@@ -280,7 +212,7 @@ void Assembly::AddAir(const OpenGaps& gaps, const RowRange& range) {
   Add(region);
   for (Track& track : tracks) {
     const std::string name = legs ? std::string(Side(track.x)) + " leg" : "part beside the axis";
-    topology_.parts.push_back({name, topology_.regions.size() - 1, SamplesOf(track.cells)});
+    topology_.parts.push_back({name, topology_.regions.size() - 1, SamplesOf(track.cells), SeamAbove(track.cells)});
   }
 }
 
@@ -363,6 +295,9 @@ SectionTopology Assembly::Finish(std::vector<LevelView> views) && {
     sorted.push_back(std::move(topology_.regions[k]));
   }
   topology_.regions = std::move(sorted);
+  for (SectionRegion& region : topology_.regions) {
+    region.share = usable_ > 0.0 ? static_cast<double>(region.samples) / usable_ : 0.0;
+  }
   for (SectionPart& part : topology_.parts) part.region = place[part.region];
   std::stable_sort(topology_.parts.begin(), topology_.parts.end(),
                    [](const SectionPart& a, const SectionPart& b) { return a.region < b.region; });
@@ -387,7 +322,7 @@ SectionTopology FindSectionTopology(std::span<const SurfaceSample> samples, cons
   const std::vector<LevelGap> gaps = FindLevelGaps(image);
   const OpenGaps open(image, gaps);
   std::vector<LevelView> views = ViewsOfRows(image, open);
-  const std::vector<RowRange> air = AirRanges(image, views);
+  const std::vector<RowRange> air = FindAirRanges(image, views);
   // Levels whose openings are too short to count are one loop.
   for (LevelView& view : views) {
     if (view != LevelView::kEmpty) view = LevelView::kOneLoop;

@@ -32,15 +32,16 @@ enum class RegionKind : std::uint8_t {
 /// A part of the scan that is not seen as one star-shaped loop, in plain words.
 struct SectionRegion {
   RegionKind kind = RegionKind::kUnseen;
-  std::string name;         ///< "legs", "left arm" (the subject's left), "right hand", "overhang", …
-  double z_min = 0.0;       ///< mm, lowest level concerned
-  double z_max = 0.0;       ///< mm, highest level concerned
-  double theta_from = 0.0;  ///< rad, [0, 2 pi); from here counter-clockwise …
-  double theta_to = 0.0;    ///< … to here. All around: 0 and 2 pi.
-  std::size_t samples = 0;  ///< Returns in it.
-  double share = 0.0;       ///< Of the scan's usable returns, 0 … 1.
-  std::string why;          ///< What was seen.
-  std::string outcome;      ///< What the fit did with it; see FitBody. Empty before a fit.
+  std::string name;          ///< "legs", "left arm" (the subject's left), "right hand", "overhang", …
+  double z_min = 0.0;        ///< mm, lowest level concerned
+  double z_max = 0.0;        ///< mm, highest level concerned
+  double theta_from = 0.0;   ///< rad, [0, 2 pi); from here counter-clockwise …
+  double theta_to = 0.0;     ///< … to here. All around: 0 and 2 pi.
+  std::size_t samples = 0;   ///< Returns in it.
+  double share = 0.0;        ///< Of the scan's usable returns, 0 … 1.
+  std::size_t left_out = 0;  ///< Returns in it that no segment was fitted to.
+  std::string why;           ///< What was seen.
+  std::string outcome;       ///< What the fit did with it; see FitBody. Empty before a fit.
 
   /// One line: name, where, why, outcome.
   [[nodiscard]] std::string BriefReport() const;
@@ -51,6 +52,8 @@ struct SectionPart {
   std::string name;                  ///< "left leg", "right arm", …
   std::size_t region = 0;            ///< Index of the region that it belongs to.
   std::vector<std::size_t> samples;  ///< Indices, ascending.
+  /// Of the one loop, on the level next above: where the piece goes on into it. Given to both fits, so that they meet.
+  std::vector<std::size_t> seam;
 };
 
 /// What a ring's scan looks like, level by level.
