@@ -59,6 +59,7 @@ Json RegionToJson(const SectionRegion& region) {
           {"theta_to_deg", DegreesFromRadians(region.theta_to)},
           {"returns", region.samples},
           {"share", region.share},
+          {"left_out", region.left_out},
           {"why", region.why},
           {"outcome", region.outcome}};
 }

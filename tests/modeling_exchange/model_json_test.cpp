@@ -129,6 +129,49 @@ TEST(ModelJson, ReadsAFittedModelBackToTheSameBits) {
   EXPECT_EQ(ModelToJson(*again), text);
 }
 
+/// The small model with a second surface about an axis of its own.
+SurfaceModel ModelWithALimb() {
+  SurfaceModel model = SmallModel();
+  model.segments.push_back(model.segments.front());
+  model.segments.back().name = "left leg";
+  model.segments.back().axis = {5.0, {-1.0 / 3.0, 12.5}, {0.1, -0.2}, {1e-4, -0.0}};
+  return model;
+}
+
+TEST(ModelJson, KeepsTheAxisOfALimb) {
+  const SurfaceModel model = ModelWithALimb();
+  const std::string text = ModelToJson(model);
+  const auto again = ModelFromJson(text, "m.json");
+  ASSERT_TRUE(again.has_value()) << again.error().Text();
+  ExpectSameModel(model, *again);
+  EXPECT_TRUE(again->main().axis.IsRingAxis());
+  const SegmentAxis& read = again->segments.back().axis;
+  const SegmentAxis& written = model.segments.back().axis;
+  ExpectSameBits(read.z_middle, written.z_middle);
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    ExpectSameBits(read.at[k], written.at[k]);
+    ExpectSameBits(read.slope[k], written.slope[k]);
+    ExpectSameBits(read.bend[k], written.bend[k]);
+  }
+  EXPECT_EQ(ModelToJson(*again), text);
+}
+
+TEST(ModelJson, RefusesAnAxisThatMakesNoSense) {
+  const auto error_after = [](const std::function<void(Json&)>& change) {
+    Json json = Json::parse(ModelToJson(ModelWithALimb()));
+    change(json["surfaces"]);
+    const auto model = ModelFromJson(json.dump(), "m.json");
+    return model ? std::string() : model.error().Text();
+  };
+  EXPECT_EQ(error_after([](Json&) {}), "");
+  EXPECT_NE(error_after([](Json& s) { s[1]["axis"].erase("x_slope"); }).find("x_slope"), std::string::npos);
+  EXPECT_NE(error_after([](Json& s) { s[1]["axis"]["y_mm"] = "far"; }).find("y_mm"), std::string::npos);
+  EXPECT_NE(error_after([](Json& s) { s[1]["axis"]["x_slope"] = 1e9; }).find("axis"), std::string::npos);
+  EXPECT_NE(error_after([](Json& s) { s[1]["axis"]["x_bend_per_mm"] = 1e300; }), "");
+  EXPECT_NE(error_after([](Json& s) { s[1]["axis"] = 7; }), "");
+  EXPECT_NE(error_after([](Json& s) { s[0]["axis"] = s[1]["axis"]; }).find("first surface"), std::string::npos);
+}
+
 TEST(ModelJson, MayLeaveTheNormalMatrixOut) {
   SurfaceModel model = SmallModel();
   model.segments.front().normal_matrix = {};

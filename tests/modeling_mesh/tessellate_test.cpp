@@ -33,6 +33,15 @@ TEST(TessellateSurface, ClosesACylinder) {
   EXPECT_NEAR(SurfaceArea(mesh), 2.0 * area + 90.0 * 200.0 * std::sin(kPi / 90.0) * 200.0, 1e-6);
 }
 
+TEST(TessellateSurface, StandsAroundAnAxisOfItsOwn) {
+  SurfaceSegment limb = Cylinder(40.0, 0.0, 100.0);
+  limb.axis = {0.0, {200.0, -30.0}, {0.5, 0.0}, {0.0, 0.001}};
+  for (const Eigen::Vector3d& p : TessellateSurface(limb, {}).vertices) {
+    const Eigen::Vector2d centre(200.0 + 0.5 * p.z(), -30.0 + 0.001 * p.z() * p.z());
+    EXPECT_NEAR((p.head<2>() - centre).norm(), 40.0, 1e-9);
+  }
+}
+
 TEST(TessellateSurface, LeavesTheEndsOpenUnlessAsked) {
   TessellationOptions options;
   options.theta_count = 60;
