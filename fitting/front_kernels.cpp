@@ -211,6 +211,20 @@ bool EliminateFront(double* panel, std::size_t panel_stride, std::size_t rows, s
   return ForThisProcessor().eliminate({panel, panel_stride}, rows, own, {rest, rest_stride});
 }
 
+std::array<double, 256> Expanded(const TensorForm& form) {
+  std::array<double, 256> matrix{};
+  for (std::size_t b = 0, pair = 0; b < 4; ++b) {
+    for (std::size_t a = 0; a <= b; ++a, ++pair) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double* from = form.data() + 16 * pair + 4 * k;
+        std::memcpy(matrix.data() + 16 * (4 * b + k) + 4 * a, from, 4 * sizeof(double));
+        std::memcpy(matrix.data() + 16 * (4 * a + k) + 4 * b, from, 4 * sizeof(double));
+      }
+    }
+  }
+  return matrix;
+}
+
 void AddTensorRows(std::span<const TensorRow> rows, TensorForm& form) {
   ForThisProcessor().add_rows(rows.data(), rows.size(), form.data());
 }

@@ -31,6 +31,9 @@ struct TensorRow {
 /// each with its theta indices; block (a, b) is at 16·(b(b + 1)/2 + a).
 using TensorForm = std::array<double, 160>;
 
+/// The form as a full 16 × 16 matrix.
+[[nodiscard]] std::array<double, 256> Expanded(const TensorForm& form);
+
 /// form += Σ weight · (z zᵀ) ⊗ (θ θᵀ).
 void AddTensorRows(std::span<const TensorRow> rows, TensorForm& form);
 

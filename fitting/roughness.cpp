@@ -8,9 +8,13 @@
 namespace annulus {
 namespace {
 
-constexpr std::size_t kHalf = 2;             // of the 5 × 5 window of the local quadratic
-constexpr double kVarianceInflation = 16.0;  // prior variance of a second difference over its local mean square
-constexpr double kSmallestBend = 0.10;       // mm; no cell is taken to be flatter than this
+constexpr std::size_t kHalf = 2;  // of the 5 × 5 window of the local quadratic
+// Prior variance of a second difference over its local mean square, and the least prior sd over the noise's. How much
+// is smoothed over all is chosen from the data afterwards.
+constexpr double kDataInflation = 16.0;
+constexpr double kDataFloor = 0.2;
+constexpr double kSurfaceInflation = 8.0;
+constexpr double kSurfaceFloor = 0.12;
 
 /// A map over the cells with `margin` columns repeated at both ends of every row, so that windows need no wrapping.
 class CellMap {
@@ -230,27 +234,20 @@ BendMaps SquaredSteps(const CellGrid& cells, const FilledCells& filled, double n
   return steps;
 }
 
-}  // namespace
+/// Prior variance of a second difference: `inflation` times the mean square around, or the step, and a floor.
+struct Prior {
+  double inflation = 0.0;
+  double floor = 0.0;  ///< mm; no cell is taken to be flatter than this
+};
 
-RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, double lambda) {
-  const double ds = mean_radius * cells.theta_step();
-  const double dz = cells.z_step();
-  const double area = ds * dz;
-  const CellBend weight{lambda * area / (ds * ds * ds * ds), lambda * area / (dz * dz * dz * dz),
-                        2.0 * lambda * area / (ds * ds * dz * dz)};
-  return {std::vector<CellBend>(cells.columns() * cells.rows(), weight)};
-}
-
-RoughnessWeights LocalWeights(const CellGrid& cells, double noise_sigma) {
-  const FilledCells filled = Fill(cells, noise_sigma);
-  const BendMaps squares = SquaredBends(cells, filled);
-  const BendMaps steps = SquaredSteps(cells, filled, noise_sigma);
+RoughnessWeights WeightsOfSquares(const CellGrid& cells, const BendMaps& squares, const BendMaps& steps,
+                                  const Prior& prior) {
   // Windows are longer across the direction of the difference: creases run that way.
   const CellMap uu = WindowMean(cells, squares.uu, 3, 2);
   const CellMap vv = WindowMean(cells, squares.vv, 2, 3);
   const CellMap uv = WindowMean(cells, squares.uv, 2, 2);
-  const auto weight = [](double mean_square, double step_square) {
-    return 1.0 / (std::max({0.0, kVarianceInflation * mean_square, step_square}) + kSmallestBend * kSmallestBend);
+  const auto weight = [&](double mean_square, double step_square) {
+    return 1.0 / (std::max({0.0, prior.inflation * mean_square, step_square}) + prior.floor * prior.floor);
   };
   RoughnessWeights weights;
   weights.cells.resize(cells.columns() * cells.rows());
@@ -262,6 +259,42 @@ RoughnessWeights LocalWeights(const CellGrid& cells, double noise_sigma) {
     }
   }
   return weights;
+}
+
+}  // namespace
+
+RoughnessWeights WeightsOfData(const CellGrid& cells, double noise_sigma) {
+  const FilledCells filled = Fill(cells, noise_sigma);
+  return WeightsOfSquares(cells, SquaredBends(cells, filled), SquaredSteps(cells, filled, noise_sigma),
+                          {kDataInflation, kDataFloor * noise_sigma});
+}
+
+RoughnessWeights WeightsOfSurface(const CellGrid& cells, const std::vector<CellBend>& bends, double noise_sigma) {
+  BendMaps squares{CellMap(cells, 3), CellMap(cells, 3), CellMap(cells, 3)};
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t c = 0; c < cells.columns(); ++c) {
+      const CellBend& bend = bends[cells.Index(c, row)];
+      squares.uu.Row(row)[c] = bend.uu * bend.uu;
+      squares.vv.Row(row)[c] = bend.vv * bend.vv;
+      squares.uv.Row(row)[c] = bend.uv * bend.uv;
+    }
+  }
+  squares.uu.Wrap();
+  squares.vv.Wrap();
+  squares.uv.Wrap();
+  return WeightsOfSquares(cells, squares, SquaredSteps(cells, Fill(cells, noise_sigma), noise_sigma),
+                          {kSurfaceInflation, kSurfaceFloor * noise_sigma});
+}
+
+std::vector<char> EdgeCells(const CellGrid& cells, double noise_sigma) {
+  const BendMaps steps = SquaredSteps(cells, Fill(cells, noise_sigma), noise_sigma);
+  std::vector<char> edges(cells.columns() * cells.rows());
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t c = 0; c < cells.columns(); ++c) {
+      edges[cells.Index(c, row)] = steps.uu.Row(row)[c] > 0.0 || steps.vv.Row(row)[c] > 0.0 ? 1 : 0;
+    }
+  }
+  return edges;
 }
 
 }  // namespace annulus

@@ -20,11 +20,6 @@ struct RoughnessWeights {
   std::vector<CellBend> cells;  ///< Index as CellGrid::Index.
 };
 
-/// The thin-plate energy λ∬(f_ss² + 2 f_sz² + f_zz²) ds dz of paper 001, eq. 2.2, as cell weights, with s = mean radius
-/// · theta so that both directions are in mm. `lambda` in mm² (it multiplies curvature² · area; data residuals are
-/// divided by the noise sd).
-[[nodiscard]] RoughnessWeights ThinPlateWeights(const CellGrid& cells, double mean_radius, double lambda);
-
 /// A weak pull towards level ground in cells without a sample, so that the surface stays near its surroundings over
 /// real holes instead of running off: half of (f_u/s)² + (f_v/s)² per such cell, f_u and f_v in mm per cell, s this.
 inline constexpr double kHoleSlope = 3.0;
@@ -34,6 +29,14 @@ inline constexpr double kHoleSlope = 3.0;
 /// sample is bridged from the nearest ones in its row and column and counts as free of noise), so that flat skin is
 /// smoothed and ears and creases are not. Where neighbouring cells differ by more than five noise standard deviations,
 /// the step itself is the prior: edges stay edges.
-[[nodiscard]] RoughnessWeights LocalWeights(const CellGrid& cells, double noise_sigma);
+[[nodiscard]] RoughnessWeights WeightsOfData(const CellGrid& cells, double noise_sigma);
+
+/// The same from a surface that was fitted before (SplineSystem::Bends): its own second differences are less noisy than
+/// the data's.
+[[nodiscard]] RoughnessWeights WeightsOfSurface(const CellGrid& cells, const std::vector<CellBend>& bends,
+                                                double noise_sigma);
+
+/// Cells at a step or an edge: a second difference of the data there is more than five noise standard deviations.
+[[nodiscard]] std::vector<char> EdgeCells(const CellGrid& cells, double noise_sigma);
 
 }  // namespace annulus

@@ -42,29 +42,20 @@ class SplineSystem::LeafEquations {
     uv_scale_ = std::pow(cells.theta_step() * cells.z_step(), 2);
     hole_theta_ = HoleWeight(cells.theta_step());
     hole_z_ = HoleWeight(cells.z_step());
-    for (const SplineLevel& level : system.basis_.levels()) {
-      std::vector<CubicBasis>& around = theta_bases_.emplace_back();
-      for (std::size_t c = 0; c < cells.columns(); ++c) around.push_back(level.theta.At(cells.theta(c)));
-      std::vector<CubicBasis>& up = z_bases_.emplace_back();
-      for (std::size_t r = 0; r < cells.rows(); ++r) up.push_back(level.z.At(cells.z(r)));
-    }
   }
 
   /// The leaf's matrix over its active coefficients; valid until the next call.
   FrontalCholesky::LeafView Matrix(std::size_t l) {
     const SplineLeaf& leaf = system_.basis_.leaves()[l];
-    CollectRows(l, leaf);
-    form_.fill(0.0);
-    AddTensorRows(tensor_rows_, form_);
-    for (std::size_t b = 0, pair = 0; b < 4; ++b) {
-      for (std::size_t a = 0; a <= b; ++a, ++pair) {
-        for (std::size_t k = 0; k < 4; ++k) {
-          const double* from = form_.data() + 16 * pair + 4 * k;
-          std::copy_n(from, 4, local_.data() + 16 * (4 * b + k) + 4 * a);
-          std::copy_n(from, 4, local_.data() + 16 * (4 * a + k) + 4 * b);
-        }
-      }
-    }
+    tensor_rows_.clear();
+    AppendData(l);
+    ForCells(l, [&](const CellRows& rows) {
+      tensor_rows_.insert(tensor_rows_.end(), {rows.uu, rows.vv, rows.uv});
+      if (rows.hole) tensor_rows_.insert(tensor_rows_.end(), {rows.hole_theta, rows.hole_z});
+    });
+    TensorForm form{};
+    AddTensorRows(tensor_rows_, form);
+    local_ = Expanded(form);
     if (leaf.plain) return {local_.data(), 16};
     const std::size_t stride = (leaf.count + kFrontLanes - 1) / kFrontLanes * kFrontLanes;
     matrix_.resize(std::max(matrix_.size(), stride * leaf.count));
@@ -72,31 +63,58 @@ class SplineSystem::LeafEquations {
     return {matrix_.data(), stride};
   }
 
+  LeafTerms Terms(std::size_t l) {
+    LeafTerms terms;
+    tensor_rows_.clear();
+    AppendData(l);
+    AddTensorRows(tensor_rows_, terms.data);
+    ForCells(l, [&](const CellRows& rows) {
+      AddTensorRows(std::span(&rows.uu, 1), terms.uu);
+      AddTensorRows(std::span(&rows.vv, 1), terms.vv);
+      AddTensorRows(std::span(&rows.uv, 1), terms.uv);
+      if (!rows.hole) return;
+      AddTensorRows(std::span(&rows.hole_theta, 1), terms.holes);
+      AddTensorRows(std::span(&rows.hole_z, 1), terms.holes);
+    });
+    return terms;
+  }
+
  private:
+  /// The rows of one cell's penalty.
+  struct CellRows {
+    TensorRow uu, vv, uv;
+    bool hole = false;
+    TensorRow hole_theta, hole_z;
+  };
+
   static double HoleWeight(double step) { return std::pow(step / kHoleSlope, 2); }
 
-  void CollectRows(std::size_t l, const SplineLeaf& leaf) {
-    tensor_rows_.clear();
+  void AppendData(std::size_t l) {
     const double scale = 1.0 / (system_.noise_sigma_ * system_.noise_sigma_);
     for (std::uint32_t k = system_.row_first_[l]; k < system_.row_first_[l + 1]; ++k) {
       const SampleRow& row = system_.rows_[k];
       const double factor = factors_.empty() ? 1.0 : factors_[k];
       tensor_rows_.push_back({row.theta, row.z, scale * static_cast<double>(row.weight) * factor});
     }
+  }
+
+  template <class Visit>
+  void ForCells(std::size_t l, Visit visit) const {
+    const std::uint8_t level = system_.basis_.leaves()[l].level;
     const CellGrid& cells = system_.cells_;
     for (std::uint32_t k = system_.cell_first_[l]; k < system_.cell_first_[l + 1]; ++k) {
       const std::uint32_t cell = system_.cell_order_[k];
       const std::size_t column = cell % cells.columns();
       const std::size_t row = cell / cells.columns();
-      const CubicBasis& theta = theta_bases_[leaf.level][column];
-      const CubicBasis& z = z_bases_[leaf.level][row];
+      const CubicBasis& theta = system_.cell_bases_.theta[level][column];
+      const CubicBasis& z = system_.cell_bases_.z[level][row];
       const CellBend& w = weights_.cells[cell];
-      tensor_rows_.push_back({theta.second, z.value, w.uu * uu_scale_});
-      tensor_rows_.push_back({theta.value, z.second, w.vv * vv_scale_});
-      tensor_rows_.push_back({theta.first, z.first, w.uv * uv_scale_});
-      if (cells.count(column, row) > 0) continue;
-      tensor_rows_.push_back({theta.first, z.value, hole_theta_});
-      tensor_rows_.push_back({theta.value, z.first, hole_z_});
+      visit(CellRows{{theta.second, z.value, w.uu * uu_scale_},
+                     {theta.value, z.second, w.vv * vv_scale_},
+                     {theta.first, z.first, w.uv * uv_scale_},
+                     cells.count(column, row) == 0,
+                     {theta.first, z.value, hole_theta_},
+                     {theta.value, z.first, hole_z_}});
     }
   }
 
@@ -104,10 +122,7 @@ class SplineSystem::LeafEquations {
   const RoughnessWeights& weights_;
   std::span<const double> factors_;
   double uu_scale_ = 0.0, vv_scale_ = 0.0, uv_scale_ = 0.0, hole_theta_ = 0.0, hole_z_ = 0.0;
-  std::vector<std::vector<CubicBasis>> theta_bases_;  ///< By level and column of cells.
-  std::vector<std::vector<CubicBasis>> z_bases_;      ///< By level and row of cells.
   std::vector<TensorRow> tensor_rows_;
-  TensorForm form_{};
   std::array<double, 256> local_{};  ///< 16 × 16
   std::vector<double> matrix_;
 };
@@ -136,6 +151,7 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
     row.z = level.z.InInterval(leaf.z_cell, s.z).value;
     row.radius = s.radius;
     row.weight = s.weight;
+    row.cell = static_cast<std::uint32_t>(cells.IndexOf(s));
   }
 
   std::vector<std::uint32_t> leaf_of_cell(cells.columns() * cells.rows());
@@ -148,6 +164,54 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
   Buckets by_leaf = SortByKey(leaf_of_cell, basis.leaves().size());
   cell_order_ = std::move(by_leaf.order);
   cell_first_ = std::move(by_leaf.first);
+  for (const SplineLevel& level : basis.levels()) {
+    std::vector<CubicBasis>& around = cell_bases_.theta.emplace_back();
+    for (std::size_t c = 0; c < cells.columns(); ++c) around.push_back(level.theta.At(cells.theta(c)));
+    std::vector<CubicBasis>& up = cell_bases_.z.emplace_back();
+    for (std::size_t r = 0; r < cells.rows(); ++r) up.push_back(level.z.At(cells.z(r)));
+  }
+}
+
+std::vector<SplineSystem::LeafTerms> SplineSystem::Terms(const RoughnessWeights& weights,
+                                                         std::span<const double> factors) const {
+  LeafEquations equations(*this, weights, factors);
+  std::vector<LeafTerms> terms;
+  terms.reserve(basis_.leaves().size());
+  for (std::size_t l = 0; l < basis_.leaves().size(); ++l) terms.push_back(equations.Terms(l));
+  return terms;
+}
+
+double SplineSystem::ridge() const {
+  return kRidge * static_cast<double>(rows_.size()) / static_cast<double>(basis_.size()) /
+         (noise_sigma_ * noise_sigma_);
+}
+
+std::vector<CellBend> SplineSystem::Bends(const Eigen::VectorXd& coefficients) const {
+  std::vector<CellBend> bends(cell_order_.size());
+  const double uu_scale = std::pow(cells_.theta_step(), 2);
+  const double vv_scale = std::pow(cells_.z_step(), 2);
+  const double uv_scale = cells_.theta_step() * cells_.z_step();
+  for (std::size_t l = 0; l + 1 < cell_first_.size(); ++l) {
+    if (cell_first_[l] == cell_first_[l + 1]) continue;
+    const SplineLeaf& leaf = basis_.leaves()[l];
+    const Eigen::Matrix<double, 16, 1> local = basis_.Local(leaf, coefficients);
+    for (std::uint32_t k = cell_first_[l]; k < cell_first_[l + 1]; ++k) {
+      const std::uint32_t cell = cell_order_[k];
+      const CubicBasis& theta = cell_bases_.theta[leaf.level][cell % cells_.columns()];
+      const CubicBasis& z = cell_bases_.z[leaf.level][cell / cells_.columns()];
+      CellBend& bend = bends[cell];
+      for (std::size_t j = 0; j < 4; ++j) {
+        const double* c = local.data() + 4 * j;
+        const auto along = [c](const std::array<double, 4>& w) {
+          return w[0] * c[0] + w[1] * c[1] + w[2] * c[2] + w[3] * c[3];
+        };
+        bend.uu += uu_scale * z.value[j] * along(theta.second);
+        bend.vv += vv_scale * z.second[j] * along(theta.value);
+        bend.uv += uv_scale * z.first[j] * along(theta.first);
+      }
+    }
+  }
+  return bends;
 }
 
 Eigen::VectorXd SplineSystem::Predict(const Eigen::VectorXd& coefficients) const {
@@ -216,10 +280,8 @@ std::optional<FrontalCholesky> SplineSystem::Factor(std::shared_ptr<const Elimin
                                                     const RoughnessWeights& weights,
                                                     std::span<const double> factors) const {
   LeafEquations equations(*this, weights, factors);
-  const double ridge =
-      kRidge * static_cast<double>(rows_.size()) / static_cast<double>(basis_.size()) / (noise_sigma_ * noise_sigma_);
   return FrontalCholesky::Factor(
-      std::move(tree), basis_, [&](std::size_t l) { return equations.Matrix(l); }, ridge);
+      std::move(tree), basis_, [&](std::size_t l) { return equations.Matrix(l); }, ridge());
 }
 
 Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& weights,
@@ -238,6 +300,7 @@ Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& w
     }
   }
   const auto n = static_cast<Eigen::Index>(basis_.size());
+  for (int k = 0; k < static_cast<int>(n); ++k) triplets.emplace_back(k, k, ridge());
   Eigen::SparseMatrix<double> upper(n, n);
   upper.setFromTriplets(triplets.begin(), triplets.end());
   return upper;

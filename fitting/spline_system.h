@@ -13,6 +13,7 @@
 
 #include "base/surface_sample.h"
 #include "fitting/cell_grid.h"
+#include "fitting/front_kernels.h"
 #include "fitting/frontal_cholesky.h"
 #include "fitting/hierarchical_spline.h"
 #include "fitting/roughness.h"
@@ -27,6 +28,7 @@ struct SampleRow {
   float weight = 1.0F;  ///< Relative weight of the sample, 1 for an ordinary return.
   std::uint32_t leaf = 0;
   std::uint32_t sample = 0;  ///< Index into the samples that the system was made of.
+  std::uint32_t cell = 0;    ///< Of the system's grid of cells.
 };
 
 /// The samples that a fit uses and how noisy they are. Borrows the samples.
@@ -57,6 +59,19 @@ class SplineSystem {
   /// The radii as a vector, mm.
   [[nodiscard]] Eigen::VectorXd Radii() const;
 
+  /// Second differences of the surface over every cell, mm.
+  [[nodiscard]] std::vector<CellBend> Bends(const Eigen::VectorXd& coefficients) const;
+
+  /// The quadratic forms over one leaf's 4 × 4 local coefficients that A is a sum of.
+  struct LeafTerms {
+    TensorForm data{};   ///< Σ w_k f_k B_kᵀB_k/σ²
+    TensorForm holes{};  ///< See kHoleSlope.
+    TensorForm uu{}, vv{}, uv{};
+  };
+  [[nodiscard]] std::vector<LeafTerms> Terms(const RoughnessWeights& weights, std::span<const double> factors) const;
+  /// What is added to the diagonal of A so that coefficients over holes stay determined.
+  [[nodiscard]] double ridge() const;
+
   /// Factor of A = Σ w_k f_k B_kᵀB_k/σ² + P; nothing if A is not positive definite.
   [[nodiscard]] std::optional<FrontalCholesky> Factor(std::shared_ptr<const EliminationTree> tree,
                                                       const RoughnessWeights& weights,
@@ -68,12 +83,19 @@ class SplineSystem {
  private:
   class LeafEquations;
 
+  /// The splines at the cells' centres, by level and by column or row of cells.
+  struct CellBases {
+    std::vector<std::vector<CubicBasis>> theta;
+    std::vector<std::vector<CubicBasis>> z;
+  };
+
   const HierarchicalSpline& basis_;
   const CellGrid& cells_;
   std::vector<SampleRow> rows_;
   std::vector<std::uint32_t> row_first_;   ///< By leaf, one more than leaves.
   std::vector<std::uint32_t> cell_order_;  ///< Cells by leaf.
   std::vector<std::uint32_t> cell_first_;
+  CellBases cell_bases_;
   double noise_sigma_;
 };
 

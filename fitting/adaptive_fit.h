@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/result.h"
+#include "fitting/directional_smoothing.h"
+#include "fitting/fit_input.h"
+#include "fitting/spline_system.h"
+
+namespace annulus {
+
+/// What an adaptive fit found.
+struct AdaptiveFit {
+  std::unique_ptr<const HierarchicalSpline> basis;
+  std::unique_ptr<const SplineSystem> system;  ///< Borrows the basis and the input.
+  std::shared_ptr<const EliminationTree> tree;
+  std::optional<FrontalCholesky> factor;  ///< Of the system matrix with the final weights and factors.
+  RoughnessWeights weights;               ///< Scaled by `smoothing`.
+  DirectionalSmoothing smoothing;
+  PolishResult polish;           ///< Before twicing.
+  Eigen::VectorXd coefficients;  ///< The result.
+
+  /// Factors of the rows at the solution; empty where all are 1.
+  [[nodiscard]] std::span<const double> factors() const;
+};
+
+/// Local smoothing on a hierarchy that is refined where the residuals are not noise:
+///   1. a spline over 4 × 4 cells with weights from the data's second differences; where its residuals are not noise,
+///   it
+///      is too coarse;
+///   2. where it is not, weights from that surface's own second differences, whose strength each way is chosen by
+///      cross-validation; elsewhere the data's weights stay;
+///   3. cells that are too coarse are split to 2 × 2, then 1 × 1, with a solve between;
+///   4. robust polish by Ceres with a local scale; twicing against the smoothing's bias.
+[[nodiscard]] Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& context);
+
+}  // namespace annulus
