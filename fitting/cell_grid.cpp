@@ -22,6 +22,27 @@ std::size_t RoundUp(double x) {
   return whole + (x - static_cast<double>(whole) >= 0.5 ? 1 : 0);
 }
 
+/// How many rows of the scan lie in a range of heights: its pitch, whatever the number of interleaved sweeps. Where
+/// levels are missing, as many as usual gaps fit in count.
+std::size_t CountLevels(const SampleGrid& order, double z_min, double z_max) {
+  const double same = 1e-4 * (z_max - z_min);
+  std::vector<double> gaps;
+  double last = -std::numeric_limits<double>::infinity();
+  for (std::size_t row = 0; row < order.rows(); ++row) {
+    const double z = order.row_z(row);
+    if (z < z_min - 1e-9 || z > z_max + 1e-9 || z - last < same) continue;
+    if (std::isfinite(last)) gaps.push_back(z - last);
+    last = z;
+  }
+  if (gaps.empty()) return 1;
+  std::vector<double> sorted = gaps;
+  const std::size_t place = gaps.size() * 3 / 4;  // sweeps that interleave unevenly leave small gaps and usual ones
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(place), sorted.end());
+  double levels = 1.0;
+  for (const double gap : gaps) levels += std::max(1.0, std::round(gap / sorted[place]));
+  return static_cast<std::size_t>(std::min(levels, static_cast<double>(kMaxRows)));
+}
+
 }  // namespace
 
 CellGrid::CellGrid(std::span<const SurfaceSample> samples, const SampleGrid& order,
@@ -36,17 +57,8 @@ CellGrid::CellGrid(std::span<const SurfaceSample> samples, const SampleGrid& ord
   ENSURE(z_min_ < z_max_, "good samples span a range of heights");
   columns_ = std::clamp(order.RingSize(), kMinColumns, kMaxColumns);
   theta_step_ = kTwoPi / static_cast<double>(columns_);
-  // Rows of the scan that lie in the range: the pitch, whatever the number of interleaved sweeps.
-  std::size_t levels = 0;
-  double last = -std::numeric_limits<double>::infinity();
   const double total = z_max_ - z_min_;
-  for (std::size_t row = 0; row < order.rows(); ++row) {
-    const double z = order.row_z(row);
-    if (z < z_min_ - 1e-9 || z > z_max_ + 1e-9 || z - last < 1e-4 * total) continue;
-    last = z;
-    ++levels;
-  }
-  rows_ = std::clamp(levels, std::size_t{5}, kMaxRows);
+  rows_ = std::clamp(CountLevels(order, z_min_, z_max_), std::size_t{5}, kMaxRows);
   z_step_ = total / static_cast<double>(rows_ - 1);
   count_.assign(columns_ * rows_, 0);
   mean_.assign(columns_ * rows_, 0.0);

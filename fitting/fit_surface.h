@@ -20,7 +20,7 @@ namespace annulus {
 /// How smoothness is weighed.
 enum class FitMethod {
   kAdaptive,  ///< Local smoothing weights from the data.
-  kUniform,   ///< One smoothing weight each way for the whole surface, chosen by restricted maximum likelihood.
+  kUniform,   ///< One smoothing weight each way for the whole surface, chosen by generalised cross-validation.
   kPaper,     ///< Paper 001, §2, to the letter: see FitPaper (fitting/paper_fit.h).
 };
 

@@ -2,15 +2,16 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/ensure.h"
 
 namespace annulus {
 namespace {
 
-constexpr double kNoBend = 1e-10;        // of the largest bend of an axis: a straight line, but for rounding
-constexpr double kSmallestNoise = 1e-3;  // mm
+constexpr double kNoBend = 1e-10;  // of the largest bend of an axis: a straight line, but for rounding
 
 /// Forms over the even (sign +1) or odd (−1) functions of a mirrored axis.
 AxisForms Folded(const AxisForms& forms, double sign) {
@@ -73,68 +74,87 @@ AxisModes FindMirroredModes(const AxisForms& forms) {
   return modes;
 }
 
-SmoothingWeights ChooseSeparableSmoothing(const AxisModes& theta, const AxisModes& z, const GridData& data) {
-  constexpr int kMaxIterations = 200;
-  constexpr double kSettled = 0.005;  // of log weight
-  constexpr double kRange = 1e8;
-  const Eigen::ArrayXXd squares = (theta.shapes.transpose() * data.projected * z.shapes).array().square();
-  const Eigen::Index height = z.bends.size();
-  const Eigen::ArrayXd bend_u = theta.bends.array();
-  const double unexplained = std::max(0.0, data.squares - squares.sum());
-  const auto free_u = static_cast<double>((theta.bends.array() == 0.0).count());
-  const auto free_v = static_cast<double>((z.bends.array() == 0.0).count());
-  const double freedom = data.cells - free_u * free_v;
+namespace {
 
-  SmoothingWeights weights;
-  const double balanced_u = 1.0 / theta.bends.mean();
-  const double balanced_v = 1.0 / z.bends.mean();
-  weights.theta = balanced_u;
-  weights.z = balanced_v;
-  double last_step = 1.0;
-  for (weights.iterations = 1; weights.iterations <= kMaxIterations; ++weights.iterations) {
-    double bend_left_u = 0.0;  // Σ u/(p(1 + p)): how much the prior lets it bend beyond what the data fix
-    double bend_left_v = 0.0;
-    double bent_u = 0.0;  // Σ d²u/(1 + p)²: how much it bends
-    double bent_v = 0.0;
-    double misfit = unexplained;
-    for (Eigen::Index j = 0; j < height; ++j) {
-      const double v = weights.z * z.bends[j];
-      const Eigen::ArrayXd u = weights.theta * bend_u;
-      const Eigen::ArrayXd p = u + v;
-      const Eigen::ArrayXd shrink = 1.0 / (1.0 + p);
-      const Eigen::ArrayXd share = (p > 0.0).select(shrink / p.max(1e-300), 0.0);
-      const Eigen::ArrayXd kept = squares.col(j) * shrink;
-      bend_left_u += (u * share).sum();
-      bend_left_v += v * share.sum();
-      bent_u += (u * kept * shrink).sum();
-      bent_v += v * (kept * shrink).sum();
-      misfit += (kept * p).sum();
+/// The score as a function of the logarithms of both weights over their balance.
+class CrossValidation {
+ public:
+  CrossValidation(const AxisModes& theta, const AxisModes& z, const GridData& data)
+      : bends_u_(theta.bends.array() / theta.bends.mean()),
+        bends_v_(z.bends.array() / z.bends.mean()),
+        squares_((theta.shapes.transpose() * data.projected * z.shapes).array().square()),
+        unexplained_(std::max(0.0, data.squares - squares_.sum())),
+        cells_(data.cells) {}
+
+  struct Sums {
+    double squares = 0.0;          ///< RSS, mm²
+    double trace = 0.0;            ///< Of H.
+    double trace_of_square = 0.0;  ///< Of HHᵀ.
+  };
+  [[nodiscard]] Sums At(double log_u, double log_v) const {
+    Sums sums{unexplained_, 0.0, 0.0};
+    const Eigen::ArrayXd u = 1.0 + std::exp(log_u) * bends_u_;
+    const double weight_v = std::exp(log_v);
+    Eigen::ArrayXd kept(u.size());
+    for (Eigen::Index j = 0; j < bends_v_.size(); ++j) {
+      kept = 1.0 / (u + weight_v * bends_v_[j]);
+      sums.squares += (squares_.col(j) * (1.0 - kept).square()).sum();
+      sums.trace += kept.sum();
+      sums.trace_of_square += kept.square().sum();
     }
-    const double variance = std::max(misfit / freedom, kSmallestNoise * kSmallestNoise);
-    const auto next = [&](double weight, double balanced, double allowed, double bent) {
-      const double factor = bent > 0.0 ? variance * allowed / bent : kRange;
-      return std::clamp(weight * factor, balanced / kRange, balanced * kRange);
-    };
-    const double theta_next = next(weights.theta, balanced_u, bend_left_u, bent_u);
-    const double z_next = next(weights.z, balanced_v, bend_left_v, bent_v);
-    const double step =
-        std::max(std::abs(std::log(theta_next / weights.theta)), std::abs(std::log(z_next / weights.z)));
-    weights.theta = theta_next;
-    weights.z = z_next;
-    // Steps shrink by a constant ratio: what is left of them is a geometric series.
-    const double ratio = std::min(step / last_step, 0.95);
-    last_step = step;
-    if (step / (1.0 - ratio) < kSettled) break;
+    return sums;
   }
-  double effective = 0.0;
-  double squares_left = unexplained;
-  for (Eigen::Index j = 0; j < height; ++j) {
-    const Eigen::ArrayXd shrink = 1.0 / (1.0 + weights.theta * bend_u + weights.z * z.bends[j]);
-    effective += shrink.sum();
-    squares_left += (squares.col(j) * (1.0 - shrink).square()).sum();
+  [[nodiscard]] double Score(double log_u, double log_v) const {
+    const Sums sums = At(log_u, log_v);
+    const double freedom = cells_ - sums.trace;
+    return freedom > 0.0 ? sums.squares / (freedom * freedom) : std::numeric_limits<double>::infinity();
   }
-  weights.effective_parameters = effective;
-  weights.residual_sd = std::sqrt(squares_left / std::max(1.0, data.cells - effective));
+
+ private:
+  Eigen::ArrayXd bends_u_;
+  Eigen::ArrayXd bends_v_;
+  Eigen::ArrayXXd squares_;
+  double unexplained_;
+  double cells_;
+};
+
+}  // namespace
+
+SmoothingWeights ChooseSeparableSmoothing(const AxisModes& theta, const AxisModes& z, const GridData& data) {
+  constexpr double kFirstStep = 2.0;
+  constexpr double kLastStep = 0.06;
+  const double range = std::log(1e8);
+  const CrossValidation validation(theta, z, data);
+  double log_u = 0.0;
+  double log_v = 0.0;
+  double best = validation.Score(log_u, log_v);
+  SmoothingWeights weights;
+  weights.scores = 1;
+  std::array<double, 2> heading{1.0, 0.0};
+  for (double step = kFirstStep; step >= kLastStep;) {
+    bool moved = false;
+    for (int turn = 0; turn < 4 && !moved; ++turn) {
+      const double u = std::clamp(log_u + step * heading[0], -range, range);
+      const double v = std::clamp(log_v + step * heading[1], -range, range);
+      const double score = validation.Score(u, v);
+      ++weights.scores;
+      moved = score < best;
+      if (moved) {
+        best = score;
+        log_u = u;
+        log_v = v;
+      } else {
+        heading = {-heading[1], heading[0]};
+      }
+    }
+    if (!moved) step *= 0.5;
+  }
+  const CrossValidation::Sums sums = validation.At(log_u, log_v);
+  weights.theta = std::exp(log_u) / theta.bends.mean();
+  weights.z = std::exp(log_v) / z.bends.mean();
+  weights.effective_parameters = sums.trace;
+  weights.residual_parameters = 2.0 * sums.trace - sums.trace_of_square;
+  weights.residual_sd = std::sqrt(sums.squares / std::max(1.0, data.cells - weights.residual_parameters));
   return weights;
 }
 

@@ -32,19 +32,20 @@ struct GridData {
   double cells = 0.0;         ///< Number of cells.
 };
 
-/// Smoothing weights of both directions, as multiples of the weight of a cell, and how they were found.
+/// Smoothing weights of both directions, as multiples of the weight of a cell, and what they do on the complete grid.
 struct SmoothingWeights {
   double theta = 0.0;
   double z = 0.0;
-  double effective_parameters = 0.0;  ///< Trace of the hat matrix on the complete grid: exact.
-  double residual_sd = 0.0;           ///< Of the grid's cells about the surface by these weights, mm.
-  int iterations = 0;
+  double effective_parameters = 0.0;  ///< Trace of the hat matrix H: exact.
+  double residual_parameters = 0.0;   ///< Trace of 2H − HHᵀ: what the residuals' mean square lacks of the noise's.
+  double residual_sd = 0.0;           ///< sqrt(RSS/(cells − residual parameters)), mm.
+  int scores = 0;                     ///< How many pairs were tried.
 };
 
-/// Chooses the weights of  min Σ (Y − BcB)² + theta·Σ(f_thetatheta)² + z·Σ(f_zz)²  by restricted maximum likelihood,
-/// with the step of Wood and Fasiolo (2017, eq. 6): each weight times (how much it may bend)/(how much it does). In the
-/// modes' coordinates all is diagonal, so a step is one pass over the coefficients and the traces are exact. Weights
-/// stay within 1e-8 … 1e8 of where data and penalty balance.
+/// Chooses the weights of  min Σ (Y − BcB)² + theta·Σ(f_thetatheta)² + z·Σ(f_zz)²  by generalised cross-validation:
+/// the least of RSS/(cells − trace H)². In the modes' coordinates all is diagonal, so a score is one pass over the
+/// coefficients and its trace is exact. A compass search in the logarithms, from where data and penalty balance; within
+/// 1e-8 … 1e8 of that.
 [[nodiscard]] SmoothingWeights ChooseSeparableSmoothing(const AxisModes& theta, const AxisModes& z,
                                                         const GridData& data);
 

@@ -14,16 +14,6 @@ constexpr double kHuberWidth = 5.0;   // local standard deviations
 constexpr double kSuspect = 4.0;      // noise standard deviations; smaller residuals are left alone
 constexpr double kLargestBand = 2e9;  // bytes
 
-/// r_k of the used samples, mm, in their order.
-std::vector<double> Residuals(const UniformProblem& problem, const Eigen::VectorXd& coefficients) {
-  std::vector<double> residuals;
-  residuals.reserve(problem.used().size());
-  for (const std::uint32_t k : problem.used()) {
-    residuals.push_back(problem.Height(k) - problem.basis().Value(problem.Place(k), coefficients));
-  }
-  return residuals;
-}
-
 /// A used sample whose residual may be wild.
 struct Suspect {
   std::size_t position = 0;  ///< In UniformProblem::used().
@@ -160,13 +150,13 @@ Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count
     return Fail(attempted, "the equations are singular", "scan again: the returns do not cover the body");
   }
 
-  std::vector<double> residuals = Residuals(problem, coefficients);
+  std::vector<double> residuals = problem.Residuals(coefficients);
   std::vector<Suspect> suspects = FindSuspects(problem, residuals);
   fit.cost_start = RobustCost(problem, penalty, coefficients, residuals, suspects);
   fit.cost_end = fit.cost_start;
   fit.iterations = HoldOff(problem, *factor, suspects, coefficients);
   if (fit.iterations > 0) {
-    residuals = Residuals(problem, coefficients);
+    residuals = problem.Residuals(coefficients);
     fit.cost_end = RobustCost(problem, penalty, coefficients, residuals, suspects);
     TakeOff(suspects, matrix);
   }
@@ -177,8 +167,10 @@ Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count
   for (const Suspect& s : suspects) weighted -= (1.0 - s.Factor()) * s.residual * s.residual;
   const auto used = static_cast<double>(residuals.size());
   fit.effective_parameters = fit.smoothing.effective_parameters * problem.seen_share();
+  const double residual_parameters = fit.smoothing.residual_parameters * problem.seen_share();
   fit.rms_mm = std::sqrt(squares / used);
-  fit.noise_sigma_mm = std::sqrt(weighted / std::max(1.0, used - fit.effective_parameters));
+  fit.noise_sigma_mm = std::sqrt(weighted / std::max(1.0, used - residual_parameters));
+  for (const Suspect& s : suspects) fit.limits.push_back({problem.used()[s.position], s.limit});
   fit.equations = std::move(matrix);
   coefficients.array() += problem.mean_radius();
   fit.surface = SplineSurface(problem.basis().theta(), problem.basis().z(), std::move(coefficients));

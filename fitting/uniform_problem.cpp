@@ -140,6 +140,13 @@ UniformProblem::UniformProblem(const UniformInput& input, std::size_t theta_coun
   AccumulateData();
 }
 
+std::vector<double> UniformProblem::Residuals(const Eigen::VectorXd& coefficients) const {
+  std::vector<double> residuals;
+  residuals.reserve(used_.size());
+  for (const std::uint32_t k : used_) residuals.push_back(Height(k) - basis_.Value(Place(k), coefficients));
+  return residuals;
+}
+
 void UniformProblem::SortByInterval() {
   const std::size_t intervals = basis_.z().breakpoints().size() - 1;
   first_of_interval_.assign(intervals + 1, 0);
@@ -270,6 +277,31 @@ TensorMatrix UniformProblem::Penalty(const SmoothingWeights& weights) const {
   AddHoles(penalty);
   penalty.AddToDiagonal(kRidge * data_.MeanDiagonal());
   return penalty;
+}
+
+void UniformProblem::ForPenaltyRows(const SmoothingWeights& weights,
+                                    const std::function<void(const TensorPlace& row, double weight)>& visit) const {
+  const CellGrid& cells = input_.cells;
+  const double scale = samples_per_cell_ / (input_.noise_sigma * input_.noise_sigma);
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    const CubicBasis& z = z_at_row_[row];
+    for (std::size_t column = 0; column < cells.columns(); ++column) {
+      const CubicBasis& theta = theta_at_column_[column];
+      TensorPlace place;
+      place.theta_interval = (theta.index[0] + 1) % basis_.theta().count();
+      place.z_interval = z.index[0];
+      const auto visit_as = [&](const std::array<double, 4>& around, const std::array<double, 4>& up, double weight) {
+        place.theta = around;
+        place.z = up;
+        visit(place, weight);
+      };
+      visit_as(theta.second, z.value, scale * weights.theta * std::pow(cells.theta_step(), 4));
+      visit_as(theta.value, z.second, scale * weights.z * std::pow(cells.z_step(), 4));
+      if (cells.count(column, row) > 0) continue;
+      visit_as(theta.first, z.value, std::pow(cells.theta_step() / kHoleSlope, 2));
+      visit_as(theta.value, z.first, std::pow(cells.z_step() / kHoleSlope, 2));
+    }
+  }
 }
 
 }  // namespace annulus

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -78,16 +79,22 @@ class UniformProblem {
     return basis_.At(input_.samples[index].theta, input_.samples[index].z);
   }
 
+  /// y_k − r₀ − B_k c of the used samples, mm, in their order.
+  [[nodiscard]] std::vector<double> Residuals(const Eigen::VectorXd& coefficients) const;
+
   /// Σ w BᵀB/σ².
   [[nodiscard]] const TensorMatrix& data() const { return data_; }
   /// Σ w Bᵀ(y − r₀)/σ².
   [[nodiscard]] const Eigen::VectorXd& right() const { return right_; }
 
-  /// The weights by restricted maximum likelihood on the cells, gaps bridged by straight lines; as multiples of the
+  /// The weights by generalised cross-validation on the cells, gaps bridged by straight lines; as multiples of the
   /// weight of one cell's samples.
   [[nodiscard]] SmoothingWeights ChooseSmoothing() const;
   /// H + S, and 1e-10 of the data's mean diagonal on the diagonal.
   [[nodiscard]] TensorMatrix Penalty(const SmoothingWeights& weights) const;
+  /// Calls `visit` with the rows v of which H + S (without the small diagonal) is the sum Σ weight·v vᵀ.
+  void ForPenaltyRows(const SmoothingWeights& weights,
+                      const std::function<void(const TensorPlace& row, double weight)>& visit) const;
   /// Share of the cells that hold samples.
   [[nodiscard]] double seen_share() const { return seen_share_; }
 

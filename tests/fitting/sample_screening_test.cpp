@@ -203,6 +203,26 @@ TEST(CellGrid, LeavesTheColumnsOfDeadSensorsEmpty) {
   }
 }
 
+TEST(CellGrid, LeavesTheRowsOfMissingLevelsEmpty) {
+  std::vector<SurfaceSample> samples = SyntheticScan(SmoothTrunk, {});
+  std::erase_if(samples, [](const SurfaceSample& s) { return s.level >= 25 && s.level < 35; });
+  const CellGrid cells = CellsOf(samples);
+  ASSERT_EQ(cells.rows(), 60U);
+  for (std::size_t row = 0; row < 60; ++row) EXPECT_EQ(cells.count(3, row), row >= 25 && row < 35 ? 0U : 1U) << row;
+}
+
+TEST(CellGrid, HasOneRowPerLevelOfSweepsThatInterleaveUnevenly) {
+  // The second sweep runs 0.7 mm above the first: gaps of 0.7 and 4.3 mm in turn.
+  std::vector<SurfaceSample> samples = SyntheticScan(SmoothTrunk, {});
+  const std::size_t first = samples.size();
+  for (std::size_t k = 0; k < first; ++k) {
+    samples.push_back(samples[k]);
+    samples.back().sweep = 1;
+    samples.back().z += 0.7;
+  }
+  EXPECT_EQ(CellsOf(samples).rows(), 120U);
+}
+
 TEST(BuildKnowledge, IsInferredUpTo40MillimetresOfSkinFromAReturn) {
   // A cylinder of radius 100 mm with a window 50 degrees wide and 120 mm high: on the level in its middle, theta is
   // inferred up to 40 mm of arc (22.9 degrees) from its sides. Cells are 3.49 mm by 5 mm.
