@@ -3,9 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "base/ensure.h"
+#include "base/units.h"
 #include "fitting/paper_surface.h"
 
 namespace annulus {
@@ -131,18 +133,25 @@ double SampleAt(const CurveSamples& samples, double x) {
   return above == samples.x.begin() ? samples.x.back() : *(above - 1);
 }
 
-/// Places the knots by eq. 2.6, drawn towards the evenest spacing as little as the rules allow. False if they cannot be
-/// kept.
+/// Places the knots by eq. 2.6, drawn towards the evenest spacing by the share with the least UniformMisfit. False if
+/// none keeps the rules.
 [[nodiscard]] bool KeepRules(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
                              const KnotRules& rules, KnotPlan& plan) {
   const std::vector<double> by_variation = KnotsByVariation(samples, slopes, plan);
   const std::vector<double> evenest = EvenestKnots(plan);
-  for (int eighths = 0; eighths <= 8; ++eighths) {
+  std::optional<double> lambda;
+  double least = std::numeric_limits<double>::infinity();
+  for (int eighths = 8; eighths >= 0; --eighths) {
+    const std::vector<double> knots = Blend(by_variation, evenest, eighths / 8.0);
+    if (!Keeps(knots, plan.period, rules)) continue;
+    if (!lambda) lambda = ChooseLambda(KnotSplineBasis(knots, plan.period), samples);
+    const double misfit = UniformMisfit(samples, knots, *lambda);
+    if (!(misfit < least)) continue;
+    least = misfit;
     plan.evened = eighths / 8.0;
-    plan.knots = Blend(by_variation, evenest, plan.evened);
-    if (Keeps(plan.knots, plan.period, rules)) return true;
+    plan.knots = knots;
   }
-  return false;
+  return std::isfinite(least);
 }
 
 void KeepMostSignificant(std::vector<FeaturePoint>& features, std::size_t most) {
@@ -164,6 +173,12 @@ void AddEnds(const CurveSamples& samples, std::vector<FeaturePoint>& features) {
 
 double GapLength(const KnotPlan& plan, std::size_t gap) { return FeatureAt(plan, gap + 1) - FeatureAt(plan, gap); }
 
+/// Mean distance of samples.
+double PitchOf(const CurveSamples& samples) {
+  const double length = samples.closed() ? samples.period : samples.x.back() - samples.x.front();
+  return length / static_cast<double>(samples.size() - (samples.closed() ? 0 : 1));
+}
+
 /// Puts an added feature at the sample in the middle of a gap. False if there would be too many, or too few samples
 /// left on either side.
 [[nodiscard]] bool Halve(const CurveSamples& samples, std::size_t gap, const KnotRules& rules, KnotPlan& plan) {
@@ -171,9 +186,7 @@ double GapLength(const KnotPlan& plan, std::size_t gap) { return FeatureAt(plan,
   const double from = FeatureAt(plan, gap);
   const double to = FeatureAt(plan, gap + 1);
   const double middle = SampleAt(samples, 0.5 * (from + to));
-  const double pitch = (plan.closed() ? plan.period : samples.x.back() - samples.x.front()) /
-                       static_cast<double>(samples.size() - (plan.closed() ? 0 : 1));
-  const double least = (static_cast<double>(kSamplesPerFeatureGap) - 0.5) * pitch;
+  const double least = (static_cast<double>(kSamplesPerFeatureGap) - 0.5) * PitchOf(samples);
   const double past = middle < from ? middle + plan.period : middle;
   if (past - from < least || to - past < least) return false;
   plan.features.push_back({FeatureKind::kAdded, middle, 0.0});
@@ -184,14 +197,16 @@ double GapLength(const KnotPlan& plan, std::size_t gap) { return FeatureAt(plan,
 
 /// Halves every stretch that is too long.
 void HalveLongGaps(const CurveSamples& samples, const KnotRules& rules, KnotPlan& plan) {
-  const double longest = rules.longest_gap * (plan.closed() ? plan.period : samples.x.back() - samples.x.front());
+  const double pitch = PitchOf(samples);  // features stand at samples: one more is not too long
+  const double longest =
+      rules.longest_gap * (plan.closed() ? plan.period : samples.x.back() - samples.x.front()) + pitch;
   if (plan.features.empty()) plan.features.push_back({FeatureKind::kAdded, samples.x.front(), 0.0});
   for (bool halved = true; halved;) {
     std::size_t widest = 0;
     for (std::size_t gap = 1; gap < GapsOf(plan); ++gap) {
       if (GapLength(plan, gap) > GapLength(plan, widest) * (1.0 + 1e-9)) widest = gap;
     }
-    halved = GapLength(plan, widest) > longest * (1.0 + 1e-6) && Halve(samples, widest, rules, plan);
+    halved = GapLength(plan, widest) > longest && Halve(samples, widest, rules, plan);
   }
 }
 
@@ -265,7 +280,12 @@ std::array<double, 2> SplitByVariation(const CurveSamples& samples, const std::v
     total.push_back(total.back() + mean * (breaks[k] - breaks[k - 1]));
   }
   std::array<double, 2> split{x0 + (x3 - x0) / 3.0, x0 + 2.0 * (x3 - x0) / 3.0};
-  if (!(total.back() > 0.0) || !std::isfinite(total.back())) return split;
+  constexpr double kRounding = 1e-9;  // of |f'|·x over the values: below, there is nothing to follow
+  double largest = 0.0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (samples.weight[k] > 0.0) largest = std::max(largest, std::abs(samples.value[k]));
+  }
+  if (!(total.back() > kRounding * largest) || !std::isfinite(total.back())) return split;
   for (std::size_t part = 0; part < 2; ++part) {
     const double wanted = total.back() * static_cast<double>(part + 1) / 3.0;
     const auto above = std::lower_bound(total.begin() + 1, total.end() - 1, wanted);
@@ -274,6 +294,30 @@ std::array<double, 2> SplitByVariation(const CurveSamples& samples, const std::v
                                                    breaks[k] - breaks[k - 1], wanted - total[k - 1]);
   }
   return split;
+}
+
+double UniformMisfit(const CurveSamples& samples, const std::vector<double>& knots, double lambda) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  CurveFitter fitter(KnotSplineBasis(knots, samples.period), samples.x, lambda);
+  const auto fit = fitter.Fit(samples.value, samples.weight);
+  if (!fit) return kInfinite;
+  Eigen::VectorXd radius(static_cast<Eigen::Index>(knots.size()));
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    radius[static_cast<Eigen::Index>(k)] = fitter.basis().Value(fit->coefficients, knots[k]);
+  }
+  // The curve as the surface will have it: a section of a body with two equal ones, or the outline of a body that is
+  // the same in four directions.
+  const std::vector<double> directions{0.0, 0.5 * kPi, kPi, 1.5 * kPi};
+  const auto surface = samples.closed() ? PaperSurface::Through(knots, {0.0, 1.0}, radius.transpose().replicate(2, 1))
+                                        : PaperSurface::Through(directions, knots, radius.replicate(1, 4));
+  if (!surface) return kInfinite;
+  double misfit = 0.0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (samples.weight[k] <= 0.0) continue;
+    const double r = samples.closed() ? surface->Radius(samples.x[k], 0.0) : surface->Radius(0.0, samples.x[k]);
+    misfit += samples.weight[k] * (r - samples.value[k]) * (r - samples.value[k]);
+  }
+  return misfit;
 }
 
 SlopeMinimum LeastSlope(const std::vector<double>& knots, double period) {

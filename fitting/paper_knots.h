@@ -47,14 +47,19 @@ struct SlopeMinimum {
 /// Least slope of the uniform cubic B-spline curve that runs through the knots (eq. 2.8; open ends as eq. 2.11).
 [[nodiscard]] SlopeMinimum LeastSlope(const std::vector<double>& knots, double period);
 
+/// How far the uniform curve through f at the knots (eq. 2.9; v direction: eq. 2.11) passes the samples, after f was
+/// fitted with these knots and lambda: Σ w [r(x_k) - r_k]², mm². Infinite if that curve turns back.
+[[nodiscard]] double UniformMisfit(const CurveSamples& samples, const std::vector<double>& knots, double lambda);
+
 /// Knots of paper 001, §2: the features, two more between each pair by eq. 2.6. Where the paper is silent:
 ///   - an open curve's ends are features; stretches longer than `longest_gap` are halved by features of kind kAdded
 ///     (so a circle, which has no features, gets 8);
 ///   - more than `most_features`, or a sixth of the samples: the least significant go;
 ///   - eqs. 2.8–2.10 give every interval the same length in u, so that a curve through knots at very unequal distances
-///     turns back. If LeastSlope is under `least_slope`, the knots between features are drawn towards the positions
-///     with the least second differences, by the smallest eighth that suffices; if that is not enough, the less
-///     significant feature of the closest pair goes.
+///     bends between them, or even turns back. So the knots between features are drawn towards the positions with the
+///     least second differences, by that of nine shares from 0 to 1 with the least UniformMisfit among those that keep
+///     `least_slope`. If none does, the longest stretch there is halved by a kAdded; if that would crowd the samples,
+///     the less significant feature of the closest pair goes.
 /// Requires at least 12 samples.
 [[nodiscard]] KnotPlan PlaceKnots(const CurveSamples& samples, const std::vector<SlopeEstimate>& slopes,
                                   std::vector<FeaturePoint> features, const KnotRules& rules);
@@ -81,8 +86,9 @@ struct KnotMove {
 inline constexpr double kKnotRange = 0.3;
 
 /// Moves the knots between features within kKnotRange so that eq. 2.4 falls (ceres::Solver over coefficients and knots
-/// together, the knots bounded), features fixed. If the result breaks `rules.least_slope`, the move is halved until it
-/// does not. cost_end <= cost_start. Fails if the samples do not determine a curve.
+/// together, the knots bounded), features fixed. While the result breaks `rules.least_slope`, the move is
+/// halved. cost_end <= cost_start. Fails if the samples do not determine a
+/// curve.
 [[nodiscard]] Result<KnotMove> MoveKnots(const CurveSamples& samples, const KnotPlan& plan, double lambda,
                                          const KnotRules& rules);
 
