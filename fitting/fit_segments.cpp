@@ -96,6 +96,7 @@ void Join(const FitSummary& part, FitSummary& all) {
   all.times.solve_s += part.times.solve_s;
   all.times.polish_s += part.times.polish_s;
   all.times.knowledge_s += part.times.knowledge_s;
+  all.times.sigma_s += part.times.sigma_s;
 }
 
 /// One piece as it was fitted about an axis of its own.
@@ -288,7 +289,7 @@ Result<FitResult> FitBody(std::span<const SurfaceSample> samples, const FitOptio
   body.FitParts(options, context);
   FitResult result = std::move(body).Finish();
   result.summary.times.screening_s += topology_s;
-  result.summary.times.total_s = elapsed();
+  result.summary.times.total_s = elapsed() - result.summary.times.sigma_s;
   context.Report("fitting", 1.0, 1.0);
   return result;
 }

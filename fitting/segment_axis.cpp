@@ -146,8 +146,8 @@ std::vector<SurfaceSample> SamplesAboutAxis(std::span<const SurfaceSample> sampl
 }
 
 std::vector<char> StarShapedLevels(std::span<const SurfaceSample> samples, const SegmentAxis& axis) {
-  constexpr std::size_t kNoise = 1;  // steps of a level; at an edge, noise alone may turn one back
-  constexpr double kNoiseShare = 0.05;
+  constexpr std::size_t kNoise = 1;    // steps of a level; at an edge, noise alone may turn one back
+  constexpr double kNoiseShare = 0.1;  // a few wild returns
   std::vector<char> fits(samples.size(), 1);
   const std::vector<std::size_t> order = LevelOrder(samples);
   for (std::size_t begin = 0; begin < order.size();) {

@@ -22,7 +22,8 @@ namespace annulus {
                                                           const SegmentAxis& axis);
 
 /// One per sample: 1 if its level is star-shaped about `axis`, that is, if going along the ring from sample to sample
-/// the direction from the axis turns the same way; one step per level, or 5 % of them, may turn back by noise.
+/// the direction from the axis turns the same way; one step per level, or 10 % of them, may turn back by noise and wild
+/// returns.
 [[nodiscard]] std::vector<char> StarShapedLevels(std::span<const SurfaceSample> samples, const SegmentAxis& axis);
 
 }  // namespace annulus

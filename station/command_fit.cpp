@@ -50,9 +50,10 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
   display.Clear();
   if (!fit) return tl::unexpected(About(fit.error(), options.scans));
   Log(LogLevel::kInfo, fit->fit.summary.BriefReport());
-  constexpr std::size_t kFew = 10;  // returns; wild ones beside the body
+  constexpr double kFew = 0.01;  // of a region's returns; wild ones beside the body
   for (const SectionRegion& region : fit->fit.summary.regions) {
-    Log(region.left_out > kFew ? LogLevel::kWarning : LogLevel::kInfo, region.BriefReport());
+    const bool is_much = static_cast<double>(region.left_out) > kFew * static_cast<double>(region.samples);
+    Log(is_much ? LogLevel::kWarning : LogLevel::kInfo, region.BriefReport());
   }
   if (options.no_covariance) {
     for (SurfaceSegment& segment : fit->fit.model.segments) segment.normal_matrix.resize(0, 0);

@@ -105,7 +105,7 @@ std::vector<SceneItem> LimbItems(const SurfaceModel& model, const Material& mate
 SceneItem ModelItem(const SurfaceModel& model, const Material& material) {
   TessellationOptions options;
   const SplineSurface& surface = model.main().surface;
-  options.ends = EndClosure::kBoth;
+  options.ends = model.segments.size() > 1 ? EndClosure::kAbove : EndClosure::kBoth;  // limbs go on below
   // Rows as dense as a head's detail on a head, 4 mm on a whole body.
   options.max_z_spacing_mm = std::clamp((surface.z_max() - surface.z_min()) / 300.0, 1.0, 4.0);
   SurfaceSegment shown = model.main();
