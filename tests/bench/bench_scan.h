@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "acquisition/scan.h"
 
@@ -38,6 +39,31 @@ inline Scan TubeScan(std::uint32_t levels) {
     scan.levels.push_back(row);
   }
   return scan;
+}
+
+/// Samples of a trunk 1.8 m high (a few waves each way), `levels` by `sensors`, noise 0.5 mm, every hundredth missing,
+/// one in 500 off by up to 50 mm. No copy of anything larger than the samples is made.
+inline std::vector<SurfaceSample> TrunkSamples(std::uint32_t levels, std::uint16_t sensors) {
+  std::mt19937_64 engine(3);
+  auto uniform = [&engine] { return static_cast<double>(engine() >> 11U) * 0x1.0p-53; };
+  std::vector<SurfaceSample> samples;
+  samples.reserve(static_cast<std::size_t>(levels) * sensors);
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    for (std::uint16_t sensor = 0; sensor < sensors; ++sensor) {
+      if (uniform() < 0.01) continue;
+      SurfaceSample sample;
+      sample.theta = 2.0 * std::numbers::pi * sensor / sensors;
+      sample.z = 1800.0 * (1.0 - static_cast<double>(level) / levels);
+      sample.level = level;
+      sample.sensor = sensor;
+      double noise = -6.0;
+      for (int i = 0; i < 12; ++i) noise += uniform();
+      sample.radius = 150.0 + 12.0 * std::cos(2.0 * sample.theta) + 10.0 * std::sin(sample.z / 50.0) + 0.5 * noise;
+      if (uniform() < 0.002) sample.radius += 100.0 * (uniform() - 0.5);
+      samples.push_back(sample);
+    }
+  }
+  return samples;
 }
 
 /// Path of a shared scan, "" where the data is absent.

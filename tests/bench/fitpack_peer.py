@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""FITPACK regrid (SciPy's RectBivariateSpline) on the shared head and torso scans, as a yardstick for our fitter.
+"""FITPACK regrid (SciPy's RectBivariateSpline) on the shared scans, as a yardstick for our fitter.
 
 FITPACK cannot take the raw scan: an outlier or a hole ruins it. So outliers are removed and gaps filled first, and its
 smoothing factor is chosen by looking at the answer; both favour it. The time is that of the one best call.
@@ -20,7 +20,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "scripts"))
 import ring_data  # pylint: disable=wrong-import-position
 
-SCANS = ("head_leeperrysmith", "torso_mean_female")
+SCANS = ("head_leeperrysmith", "head_ict_mix", "torso_mean_female", "body_mean_female")
 NOISE_MM = 0.5
 WRAP = 8  # Columns repeated on either side, so that the seam at theta 0 is smooth.
 

@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <numbers>
 #include <random>
@@ -10,7 +11,9 @@
 #include "acquisition/csv_scan.h"
 #include "fitting/fit_surface.h"
 #include "fitting/spline_surface.h"
+#include "fitting/uniform_fit.h"
 #include "tests/bench/bench_scan.h"
+#include "tests/bench/peak_memory.h"
 
 namespace annulus::bench {
 namespace {
@@ -65,36 +68,113 @@ void EvaluateJet(benchmark::State& state) {
 }
 BENCHMARK(EvaluateJet);
 
-void Fit(benchmark::State& state, const Scan& scan) {
-  const std::vector<SurfaceSample> samples = BuildSamples(scan);
+void Fit(benchmark::State& state, const std::vector<SurfaceSample>& samples, FitMethod method) {
+  FitOptions options;
+  options.method = method;
+  ResetPeakMemory();
+  const double before = PeakMemory();
+  double seconds = 0.0;
   for (auto unused : state) {
-    const Result<FitResult> fit = FitSurface(samples, {}, {});
+    const Result<FitResult> fit = FitSurface(samples, options, {});
     if (!fit) {
       state.SkipWithError(fit.error().Text().c_str());
-      break;
+      return;
     }
     state.counters["coefficients"] = static_cast<double>(fit->summary.coefficients);
     state.counters["rms_mm"] = fit->summary.rms_mm;
+    seconds += fit->summary.times.total_s;
   }
+  state.counters["to_coefficients_ms"] = 1e3 * seconds / static_cast<double>(state.iterations());
+  state.counters["bytes_per_sample"] = (PeakMemory() - before) / static_cast<double>(samples.size());
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(samples.size()));
 }
 
-void FitTube(benchmark::State& state) { Fit(state, TubeScan(static_cast<std::uint32_t>(state.range(0)))); }
-BENCHMARK(FitTube)->Arg(120)->Arg(360)->Unit(benchmark::kMillisecond)->UseRealTime();
+void FitTube(benchmark::State& state, FitMethod method) {
+  Fit(state, BuildSamples(TubeScan(static_cast<std::uint32_t>(state.range(0)))), method);
+}
+BENCHMARK_CAPTURE(FitTube, adaptive, FitMethod::kAdaptive)
+    ->Arg(120)
+    ->Arg(360)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
-void FitShared(benchmark::State& state, const std::string& name) {
+/// Growth with the number of samples: the same trunk seen by more and more levels and sensors, up to 1 mm × 0.5
+/// degrees.
+void FitGrowing(benchmark::State& state, FitMethod method) {
+  Fit(state, TrunkSamples(static_cast<std::uint32_t>(state.range(0)), static_cast<std::uint16_t>(state.range(1))),
+      method);
+}
+BENCHMARK_CAPTURE(FitGrowing, uniform, FitMethod::kUniform)
+    ->Args({300, 180})
+    ->Args({1400, 180})
+    ->Args({1400, 720})
+    ->Args({5600, 720})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(FitGrowing, adaptive, FitMethod::kAdaptive)
+    ->Args({300, 180})
+    ->Args({1400, 180})
+    ->Args({1400, 720})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// The samples of a shared scan; without data, says so and gives none.
+std::vector<SurfaceSample> SharedSamples(benchmark::State& state, const std::string& name) {
   const std::string path = DataPath(name + "_noisy.csv.gz");
   PosixStorage storage;
   const Result<Scan> scan =
       path.empty() ? Fail("find " + name, "no data", "set ANNULUS_DATA") : ReadCsvScan(storage, path);
-  if (!scan) {
-    state.SkipWithError(scan.error().Text().c_str());
-    return;
-  }
-  Fit(state, *scan);
+  if (scan) return BuildSamples(*scan);
+  state.SkipWithError(scan.error().Text().c_str());
+  return {};
 }
-BENCHMARK_CAPTURE(FitShared, head_leeperrysmith, "head_leeperrysmith")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(FitShared, torso_mean_female, "torso_mean_female")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(FitShared, body_mean_female, "body_mean_female")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void FitShared(benchmark::State& state, FitMethod method, const std::string& name) {
+  const std::vector<SurfaceSample> samples = SharedSamples(state, name);
+  if (!samples.empty()) Fit(state, samples, method);
+}
+
+/// The uniform fit once more by ceres::Solve, from zero: samples to coefficients, smoothing weights given.
+void FitSharedByCeres(benchmark::State& state, const UniformCeresOptions& options, const std::string& name) {
+  const std::vector<SurfaceSample> samples = SharedSamples(state, name);
+  if (samples.empty()) return;
+  const SampleGrid grid(samples);
+  const Screening screening = ScreenSamples(samples, grid, {});
+  const CellGrid cells(samples, grid, screening.verdicts);
+  const UniformInput input{samples, screening.verdicts, cells, EstimateNoise(samples, grid, screening.verdicts)};
+  const std::size_t intervals = std::min<std::size_t>(117, cells.rows() * 4 / 5);
+  const Result<UniformFit> fit = FitUniform(input, 48, intervals);
+  for (auto unused : state) {
+    const UniformProblem problem(input, 48, intervals);
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.basis().size()));
+    const Result<UniformCeresFit> peer = fit ? SolveUniformWithCeres(problem, *fit, zero, options) : Fail(fit);
+    if (!peer) {
+      state.SkipWithError(peer.error().Text().c_str());
+      return;
+    }
+    state.counters["coefficients"] = static_cast<double>(peer->surface.coefficients().size());
+    state.counters["solver_steps"] = peer->iterations;
+    state.counters["largest_difference_mm"] =
+        (peer->surface.coefficients() - fit->surface.coefficients()).cwiseAbs().maxCoeff();
+  }
+}
+
+/// One row per scan and method.
+[[maybe_unused]] const bool registered = [] {
+  const UniformCeresOptions rows{48, CeresLinearSolver::kSparseCholesky};
+  const auto timed = [](benchmark::internal::Benchmark* row) { row->Unit(benchmark::kMillisecond)->UseRealTime(); };
+  for (const std::string name : {"head_leeperrysmith", "head_ict_mix", "torso_mean_female", "body_mean_female"}) {
+    const auto add = [&](const std::string& method, auto run) {
+      timed(benchmark::RegisterBenchmark((method + "/" + name).c_str(), run));
+    };
+    add("FitShared/adaptive", [name](benchmark::State& s) { FitShared(s, FitMethod::kAdaptive, name); });
+    add("FitShared/uniform", [name](benchmark::State& s) { FitShared(s, FitMethod::kUniform, name); });
+    add("FitShared/ceres_tiles_cgnr", [name](benchmark::State& s) { FitSharedByCeres(s, {}, name); });
+    add("FitShared/ceres_rows_cholesky", [name, rows](benchmark::State& s) { FitSharedByCeres(s, rows, name); });
+  }
+  return true;
+}();
 
 }  // namespace
 }  // namespace annulus::bench

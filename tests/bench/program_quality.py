@@ -19,8 +19,10 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import fitpack_peer  # pylint: disable=wrong-import-position
 import ring_data  # pylint: disable=wrong-import-position
 
+METHODS = ("adaptive", "uniform")
 
-def judge(program, folder, name):
+
+def judge(program, folder, name, method):
     noisy, clean, _ = ring_data.load(folder, name)
     with tempfile.TemporaryDirectory() as work:
 
@@ -28,7 +30,7 @@ def judge(program, folder, name):
             subprocess.run([program, *arguments], cwd=work, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
         run("import", noisy, "--out", "scan.mcap")
-        run("fit", "scan.mcap", "--out", "model.json", "--report", "report.json")
+        run("fit", "scan.mcap", "--out", "model.json", "--report", "report.json", "--method", method)
         with open(os.path.join(work, "grid.csv"), "w", encoding="utf-8") as f:
             f.write("theta_deg,z_mm\n")
             f.writelines(f"{2 * sensor},{z}\n" for z in clean.z_mm for sensor in range(ring_data.SENSORS))
@@ -38,7 +40,7 @@ def judge(program, folder, name):
         with open(os.path.join(work, "report.json"), encoding="utf-8") as f:
             report = json.load(f)
     core, flat = ring_data.core_and_flat_rms(fitted - clean.radius_mm, clean)
-    return {"scan": name, "core_rms_mm": core, "flat_rms_mm": flat, "time_ms": 1e3 * report["time_s"]["total"],
+    return {"scan": name, "method": method, "core_rms_mm": core, "flat_rms_mm": flat, "time_ms": 1e3 * report["time_s"]["total"],
             "coefficients": report["coefficients"]}
 
 
@@ -49,7 +51,7 @@ def main():
     arguments = parser.parse_args()
     folder = ring_data.data_folder()
     program = os.path.abspath(arguments.program)
-    results = [judge(program, os.path.abspath(folder), name) for name in fitpack_peer.SCANS] if folder else []
+    results = [judge(program, os.path.abspath(folder), name, method) for name in fitpack_peer.SCANS for method in METHODS] if folder else []
     with open(arguments.out, "w", encoding="utf-8") as f:
         json.dump({"annulus": results}, f, indent=1)
 

@@ -13,24 +13,32 @@ def load(path):
         return json.load(f)
 
 
+COUNTERS = {"to_coefficients_ms": "samples to coefficients {:.4g} ms", "coefficients": "{:.0f} coefficients", "rms_mm": "RMS {:.3f} mm",
+            "solver_steps": "{:.0f} solver steps", "largest_difference_mm": "within {:.1e} mm of ours",
+            "bytes_per_sample": "{:.0f} B per sample"}
+
+
 def print_benchmarks(results):
-    print("| benchmark | time | rate |\n|---|---|---|")
+    print("| benchmark | time | rate | |\n|---|---|---|---|")
     for run in results["benchmarks"]:
         if run.get("error_occurred"):
-            print(f"| {run['name']} | {run['error_message']} | |")
+            print(f"| {run['name']} | {run['error_message']} | | |")
             continue
         rate = f"{run['items_per_second'] / 1e6:.2f} M items/s" if "items_per_second" in run else ""
-        print(f"| {run['name']} | {run['real_time']:.4g} {run['time_unit']} | {rate} |")
+        notes = [text.format(run[key]) for key, text in COUNTERS.items() if isinstance(run.get(key), float)]
+        print(f"| {run['name']} | {run['real_time']:.4g} {run['time_unit']} | {rate} | {', '.join(notes)} |")
 
 
 def print_peers(ours, peers):
-    """Each peer's row beside ours on the same scan; ratios are ours / the peer's, below 1 is better for us."""
+    """Our methods and each peer on the same scan; ratios are to the default method (adaptive), below 1 is better than it."""
     print("\n| scan | method | core RMS mm | flat RMS mm | fit ms | coefficients | core ratio | time ratio |\n|---|---|---|---|---|---|---|---|")
-    for row in ours:
-        rows = [("annulus, raw scan", row)] + [(name, p) for name, list_of in peers for p in list_of if p["scan"] == row["scan"]]
-        for name, peer in rows:
-            print(f"| {row['scan']} | {name} | {peer['core_rms_mm']:.3f} | {peer['flat_rms_mm']:.3f} | {peer['time_ms']:.0f} | "
-                  f"{peer['coefficients']} | {row['core_rms_mm'] / peer['core_rms_mm']:.2f} | {row['time_ms'] / peer['time_ms']:.1f} |")
+    for scan in dict.fromkeys(row["scan"] for row in ours):
+        rows = [(f"annulus {row['method']}, raw scan", row) for row in ours if row["scan"] == scan]
+        rows += [(name, p) for name, list_of in peers for p in list_of if p["scan"] == scan]
+        first = rows[0][1]
+        for name, row in rows:
+            print(f"| {scan} | {name} | {row['core_rms_mm']:.3f} | {row['flat_rms_mm']:.3f} | {row['time_ms']:.0f} | "
+                  f"{row['coefficients']} | {row['core_rms_mm'] / first['core_rms_mm']:.2f} | {row['time_ms'] / first['time_ms']:.2f} |")
     if not ours:
         print("\nno data: set ANNULUS_DATA for the comparison with peers")
 
