@@ -84,10 +84,10 @@ std::vector<char> Unresolved(const FitInput& input, const AdaptiveFit& fit) {
 
 /// Where the coarsest grid is fine enough: weights from its surface, and how strongly they smooth by cross-validation
 /// there. Elsewhere: weights from the data, since that surface has lost its bends.
-RoughnessWeights ChooseWeights(const FitInput& input, AdaptiveFit& coarse, const std::vector<char>& unresolved) {
+RoughnessWeights ChooseWeights(const RoughnessPrior& prior, AdaptiveFit& coarse, const std::vector<char>& unresolved) {
   std::vector<double> factors;
   for (const SampleRow& row : coarse.system->rows()) factors.push_back(unresolved[row.cell] == 0 ? 1.0 : 0.0);
-  RoughnessWeights weights = WeightsOfSurface(input.cells, coarse.system->Bends(coarse.coefficients), input.noise);
+  RoughnessWeights weights = prior.OfSurface(coarse.system->Bends(coarse.coefficients));
   coarse.smoothing = ChooseDirectionalSmoothing(DirectionalGcv(*coarse.system, coarse.tree, weights, factors));
   weights = Scaled(weights, coarse.smoothing);
   for (std::size_t cell = 0; cell < unresolved.size(); ++cell) {
@@ -122,12 +122,13 @@ std::span<const double> AdaptiveFit::factors() const {
 
 Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& context) {
   Refinement refinement(input.cells);
-  auto fit = Solve(input, refinement, WeightsOfData(input.cells, input.noise));
+  const RoughnessPrior prior(input.cells, input.noise);
+  auto fit = Solve(input, refinement, prior.OfData());
   if (!fit) return fit;
 
   context.Report("fitting", 0.3, 1.0);
   std::vector<char> unresolved = Unresolved(input, *fit);
-  const RoughnessWeights weights = ChooseWeights(input, *fit, unresolved);
+  const RoughnessWeights weights = ChooseWeights(prior, *fit, unresolved);
   const DirectionalSmoothing smoothing = fit->smoothing;
   for (std::size_t split = 0; split < kSplits; ++split) {
     context.Report("fitting", 0.4 + 0.2 * static_cast<double>(split), 1.0);

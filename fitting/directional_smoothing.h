@@ -20,10 +20,9 @@ struct DirectionalSmoothing {
 
 /// Generalised cross-validation (Craven, Wahba 1979) of the twiced smoother S = 2H − H², H = B A⁻¹ Bᵀ W:
 /// n·RSS/(n − trace S)². Traces by probes of a fixed seed, the same at every point, so that the score is smooth.
-/// Holds the quadratic forms of all leaves, so that a point costs one factorisation of an assembled problem.
 class DirectionalGcv {
  public:
-  /// `factors` weigh the rows: 0 leaves a row out. Borrows the system and the tree's basis; every leaf must be plain.
+  /// `factors` weigh the rows: 0 leaves a row out. Borrows all; every leaf of the basis must be plain.
   DirectionalGcv(const SplineSystem& system, std::shared_ptr<const EliminationTree> tree,
                  const RoughnessWeights& weights, std::span<const double> factors);
 
@@ -35,12 +34,13 @@ class DirectionalGcv {
 
   const SplineSystem& system_;
   std::shared_ptr<const EliminationTree> tree_;
-  std::vector<SplineSystem::LeafTerms> terms_;
-  Eigen::VectorXd right_;      ///< BᵀWy/σ²
-  double squares_ = 0.0;       ///< yᵀWy/σ²
-  double total_weight_ = 0.0;  ///< Rows that count.
-  FrontalCholesky::FourColumns probes_;
-  FrontalCholesky::FourColumns data_times_probes_;
+  const RoughnessWeights& weights_;
+  std::span<const double> factors_;
+  std::vector<TensorForm> data_;         ///< G by leaf.
+  double squares_ = 0.0;                 ///< yᵀWy/σ²
+  double total_weight_ = 0.0;            ///< Rows that count.
+  FrontalCholesky::FourColumns probes_;  ///< The first is not used.
+  FrontalCholesky::FourColumns right_;   ///< BᵀWy/σ², then G times the probes.
 };
 
 /// Minimises the score over the logarithm of the theta factor, then of the z factor, by a parabola through three points

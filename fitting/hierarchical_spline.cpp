@@ -136,7 +136,8 @@ void HierarchicalSpline::DecideFates(std::size_t l, const std::vector<char>& dom
 /// Collects the leaves of all levels. Remembers how the functions of a level are made of active ones.
 class HierarchicalSpline::LeafBuilder {
  public:
-  explicit LeafBuilder(const HierarchicalSpline& spline) : spline_(spline), rows_(spline.levels_.size()) {
+  explicit LeafBuilder(const HierarchicalSpline& spline)
+      : spline_(spline), rows_(spline.levels_.size()), sums_(spline.levels_.size()) {
     for (std::size_t l = 0; l < rows_.size(); ++l) {
       rows_[l].resize(spline.fates_[l].size());
       z_weights_.push_back(l == 0 ? std::vector<std::vector<RefinementEntry>>()
@@ -210,7 +211,8 @@ class HierarchicalSpline::LeafBuilder {
   Row RowOf(std::size_t l, std::size_t f) {
     Row& known = rows_[l][f];
     if (known.known) return known;
-    std::vector<Entry> sum;
+    std::vector<Entry>& sum = sums_[l];
+    sum.clear();
     const std::int32_t fate = spline_.fates_[l][f];
     if (fate >= 0) {
       sum.emplace_back(static_cast<std::uint32_t>(fate), 1.0);
@@ -242,6 +244,7 @@ class HierarchicalSpline::LeafBuilder {
   const HierarchicalSpline& spline_;
   std::vector<std::vector<Row>> rows_;
   std::vector<Entry> entries_;
+  std::vector<std::vector<Entry>> sums_;  ///< Scratch, by level.
   std::vector<std::vector<std::vector<RefinementEntry>>> z_weights_;
   std::vector<std::uint32_t> column_;  ///< Of an active coefficient in the leaf at hand.
 };
@@ -250,6 +253,12 @@ void HierarchicalSpline::BuildLeaves() {
   const std::size_t fine_width = finest().theta_cells();
   leaf_of_fine_cell_.assign(fine_width * finest().z_cells(), 0);
   LeafBuilder builder(*this);
+  // Room that is not used is never touched, and growing step by step would touch it many times.
+  const std::size_t most = std::min<std::size_t>(leaf_of_fine_cell_.size(), 20'000);
+  constexpr std::size_t kUsualActive = 24;
+  leaves_.reserve(most);
+  active_.reserve(most * kUsualActive);
+  extraction_.reserve(most * 16 * kUsualActive);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const std::size_t width = levels_[l].theta_cells();
     const std::size_t share = std::size_t{1} << (levels_.size() - 1 - l);  // fine cells along a side

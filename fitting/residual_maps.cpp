@@ -16,8 +16,14 @@ std::vector<double> SumAcross(const CellGrid& cells, const std::vector<double>& 
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     const double* from = values.data() + row * columns;
     double* to = sums.data() + row * columns;
-    for (std::size_t column = 0; column < columns; ++column) {
-      for (std::size_t k = columns - half; k <= columns + half; ++k) to[column] += from[(column + k) % columns];
+    for (std::size_t column = 0; column < half; ++column) {
+      for (std::size_t k = columns - half; k <= columns + half; ++k) {
+        to[column] += from[(column + k) % columns];
+        to[columns - 1 - column] += from[(columns - 1 - column + k) % columns];
+      }
+    }
+    for (std::size_t k = 0; k <= 2 * half; ++k) {
+      for (std::size_t column = half; column + half < columns; ++column) to[column] += from[column + k - half];
     }
   }
   return sums;
@@ -37,7 +43,35 @@ std::vector<double> SumUp(const CellGrid& cells, const std::vector<double>& valu
   return sums;
 }
 
-/// The largest value over such a window.
+/// The cell with the largest value in the 5 × 5 cells around every cell.
+std::vector<std::uint32_t> WorstAround(const CellGrid& cells, const std::vector<double>& values) {
+  const std::size_t columns = cells.columns();
+  std::vector<std::uint32_t> across(values.size());
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      auto worst = static_cast<std::uint32_t>(row * columns + column);
+      for (std::size_t k = columns - 2; k <= columns + 2; ++k) {
+        const std::size_t other = row * columns + (column + k) % columns;
+        if (values[other] > values[worst]) worst = static_cast<std::uint32_t>(other);
+      }
+      across[row * columns + column] = worst;
+    }
+  }
+  std::vector<std::uint32_t> around = across;
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    const std::size_t last = std::min(cells.rows() - 1, row + 2);
+    for (std::size_t r = row - std::min<std::size_t>(row, 2); r <= last; ++r) {
+      for (std::size_t column = 0; column < columns; ++column) {
+        std::uint32_t& worst = around[row * columns + column];
+        const std::uint32_t other = across[r * columns + column];
+        if (values[other] > values[worst]) worst = other;
+      }
+    }
+  }
+  return around;
+}
+
+/// The largest flag over such a window.
 std::vector<char> Spread(const CellGrid& cells, const std::vector<char>& flags, std::size_t half_rows,
                          std::size_t half_columns) {
   const std::size_t columns = cells.columns();
@@ -74,27 +108,15 @@ ResidualMaps CollectResiduals(const FitInput& input, const SplineSystem& system,
 std::vector<double> LocalScales(const FitInput& input, const SplineSystem& system, const Eigen::VectorXd& residuals) {
   const ResidualMaps maps = CollectResiduals(input, system, residuals);
   const CellGrid& cells = input.cells;
-  const std::size_t columns = cells.columns();
+  const std::vector<double> squares = SumUp(cells, SumAcross(cells, maps.squares, 2), 2);
+  const std::vector<double> count = SumUp(cells, SumAcross(cells, maps.count, 2), 2);
+  const std::vector<std::uint32_t> worst = WorstAround(cells, maps.squares);
   std::vector<double> scale_of_cell(maps.sum.size(), 1.0);
-  for (std::size_t row = 0; row < cells.rows(); ++row) {
-    const std::size_t last = std::min(cells.rows() - 1, row + 2);
-    for (std::size_t column = 0; column < columns; ++column) {
-      double squares = 0.0;
-      double count = 0.0;
-      std::size_t worst = cells.Index(column, row);
-      for (std::size_t r = row - std::min<std::size_t>(row, 2); r <= last; ++r) {
-        for (std::size_t d = columns - 2; d <= columns + 2; ++d) {
-          const std::size_t k = cells.Index((column + d) % columns, r);
-          squares += maps.squares[k];
-          count += maps.count[k];
-          if (maps.squares[k] > maps.squares[worst]) worst = k;
-        }
-      }
-      squares -= maps.squares[worst];
-      count -= maps.count[worst];
-      const double rms = count > 0.0 ? std::sqrt(squares / count) : 0.0;
-      scale_of_cell[cells.Index(column, row)] = std::max(1.0, rms / input.noise);
-    }
+  for (std::size_t k = 0; k < scale_of_cell.size(); ++k) {
+    const double others = count[k] - maps.count[worst[k]];
+    if (others <= 0.0) continue;
+    const double mean_square = std::max(0.0, squares[k] - maps.squares[worst[k]]) / others;
+    scale_of_cell[k] = std::max(1.0, std::sqrt(mean_square) / input.noise);
   }
   std::vector<double> scales;
   scales.reserve(system.rows().size());

@@ -13,8 +13,8 @@ constexpr std::size_t kHalf = 2;  // of the 5 × 5 window of the local quadratic
 // is smoothed over all is chosen from the data afterwards.
 constexpr double kDataInflation = 16.0;
 constexpr double kDataFloor = 0.2;
-constexpr double kSurfaceInflation = 8.0;
-constexpr double kSurfaceFloor = 0.12;
+constexpr double kSurfaceInflation = 4.0;
+constexpr double kSurfaceFloor = 0.085;
 
 /// A map over the cells with `margin` columns repeated at both ends of every row, so that windows need no wrapping.
 class CellMap {
@@ -263,13 +263,29 @@ RoughnessWeights WeightsOfSquares(const CellGrid& cells, const BendMaps& squares
 
 }  // namespace
 
-RoughnessWeights WeightsOfData(const CellGrid& cells, double noise_sigma) {
-  const FilledCells filled = Fill(cells, noise_sigma);
-  return WeightsOfSquares(cells, SquaredBends(cells, filled), SquaredSteps(cells, filled, noise_sigma),
-                          {kDataInflation, kDataFloor * noise_sigma});
+struct RoughnessPrior::Maps {
+  const CellGrid& cells;
+  double noise_sigma = 0.0;
+  FilledCells filled;
+  BendMaps steps;
+};
+
+RoughnessPrior::RoughnessPrior(const CellGrid& cells, double noise_sigma) {
+  FilledCells filled = Fill(cells, noise_sigma);
+  BendMaps steps = SquaredSteps(cells, filled, noise_sigma);
+  maps_ = std::make_unique<const Maps>(Maps{cells, noise_sigma, std::move(filled), std::move(steps)});
+}
+RoughnessPrior::RoughnessPrior(RoughnessPrior&&) noexcept = default;
+RoughnessPrior& RoughnessPrior::operator=(RoughnessPrior&&) noexcept = default;
+RoughnessPrior::~RoughnessPrior() = default;
+
+RoughnessWeights RoughnessPrior::OfData() const {
+  return WeightsOfSquares(maps_->cells, SquaredBends(maps_->cells, maps_->filled), maps_->steps,
+                          {kDataInflation, kDataFloor * maps_->noise_sigma});
 }
 
-RoughnessWeights WeightsOfSurface(const CellGrid& cells, const std::vector<CellBend>& bends, double noise_sigma) {
+RoughnessWeights RoughnessPrior::OfSurface(const std::vector<CellBend>& bends) const {
+  const CellGrid& cells = maps_->cells;
   BendMaps squares{CellMap(cells, 3), CellMap(cells, 3), CellMap(cells, 3)};
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     for (std::size_t c = 0; c < cells.columns(); ++c) {
@@ -282,16 +298,15 @@ RoughnessWeights WeightsOfSurface(const CellGrid& cells, const std::vector<CellB
   squares.uu.Wrap();
   squares.vv.Wrap();
   squares.uv.Wrap();
-  return WeightsOfSquares(cells, squares, SquaredSteps(cells, Fill(cells, noise_sigma), noise_sigma),
-                          {kSurfaceInflation, kSurfaceFloor * noise_sigma});
+  return WeightsOfSquares(cells, squares, maps_->steps, {kSurfaceInflation, kSurfaceFloor * maps_->noise_sigma});
 }
 
-std::vector<char> EdgeCells(const CellGrid& cells, double noise_sigma) {
-  const BendMaps steps = SquaredSteps(cells, Fill(cells, noise_sigma), noise_sigma);
+std::vector<char> RoughnessPrior::Edges() const {
+  const CellGrid& cells = maps_->cells;
   std::vector<char> edges(cells.columns() * cells.rows());
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     for (std::size_t c = 0; c < cells.columns(); ++c) {
-      edges[cells.Index(c, row)] = steps.uu.Row(row)[c] > 0.0 || steps.vv.Row(row)[c] > 0.0 ? 1 : 0;
+      edges[cells.Index(c, row)] = maps_->steps.uu.Row(row)[c] > 0.0 || maps_->steps.vv.Row(row)[c] > 0.0 ? 1 : 0;
     }
   }
   return edges;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "fitting/cell_grid.h"
@@ -24,19 +25,29 @@ struct RoughnessWeights {
 /// real holes instead of running off: half of (f_u/s)² + (f_v/s)² per such cell, f_u and f_v in mm per cell, s this.
 inline constexpr double kHoleSlope = 3.0;
 
-/// Weights from the data themselves: the prior variance of a second difference in a cell is taken from the second
-/// differences around it (least-squares quadratic over 5 × 5 cells, what noise alone makes subtracted; a cell without a
-/// sample is bridged from the nearest ones in its row and column and counts as free of noise), so that flat skin is
-/// smoothed and ears and creases are not. Where neighbouring cells differ by more than five noise standard deviations,
-/// the step itself is the prior: edges stay edges.
-[[nodiscard]] RoughnessWeights WeightsOfData(const CellGrid& cells, double noise_sigma);
+/// Makes weights from a scan, and again from surfaces that were fitted to it. Borrows the cells.
+class RoughnessPrior {
+ public:
+  RoughnessPrior(const CellGrid& cells, double noise_sigma);
+  RoughnessPrior(RoughnessPrior&&) noexcept;
+  RoughnessPrior& operator=(RoughnessPrior&&) noexcept;
+  ~RoughnessPrior();
 
-/// The same from a surface that was fitted before (SplineSystem::Bends): its own second differences are less noisy than
-/// the data's.
-[[nodiscard]] RoughnessWeights WeightsOfSurface(const CellGrid& cells, const std::vector<CellBend>& bends,
-                                                double noise_sigma);
+  /// Weights from the data themselves: the prior variance of a second difference in a cell is taken from the second
+  /// differences around it (least-squares quadratic over 5 × 5 cells, what noise alone makes subtracted; a cell without
+  /// a sample is bridged from the nearest ones in its row and column and counts as free of noise), so that flat skin is
+  /// smoothed and ears and creases are not. Where neighbouring cells differ by more than five noise standard
+  /// deviations, the step itself is the prior: edges stay edges.
+  [[nodiscard]] RoughnessWeights OfData() const;
+  /// The same from a surface that was fitted before (SplineSystem::Bends): its own second differences are less noisy
+  /// than the data's.
+  [[nodiscard]] RoughnessWeights OfSurface(const std::vector<CellBend>& bends) const;
+  /// Cells at a step or an edge.
+  [[nodiscard]] std::vector<char> Edges() const;
 
-/// Cells at a step or an edge: a second difference of the data there is more than five noise standard deviations.
-[[nodiscard]] std::vector<char> EdgeCells(const CellGrid& cells, double noise_sigma);
+ private:
+  struct Maps;
+  std::unique_ptr<const Maps> maps_;
+};
 
 }  // namespace annulus

@@ -63,20 +63,12 @@ class SplineSystem::LeafEquations {
     return {matrix_.data(), stride};
   }
 
-  LeafTerms Terms(std::size_t l) {
-    LeafTerms terms;
+  TensorForm Data(std::size_t l) {
     tensor_rows_.clear();
     AppendData(l);
-    AddTensorRows(tensor_rows_, terms.data);
-    ForCells(l, [&](const CellRows& rows) {
-      AddTensorRows(std::span(&rows.uu, 1), terms.uu);
-      AddTensorRows(std::span(&rows.vv, 1), terms.vv);
-      AddTensorRows(std::span(&rows.uv, 1), terms.uv);
-      if (!rows.hole) return;
-      AddTensorRows(std::span(&rows.hole_theta, 1), terms.holes);
-      AddTensorRows(std::span(&rows.hole_z, 1), terms.holes);
-    });
-    return terms;
+    TensorForm form{};
+    AddTensorRows(tensor_rows_, form);
+    return form;
   }
 
  private:
@@ -172,13 +164,13 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
   }
 }
 
-std::vector<SplineSystem::LeafTerms> SplineSystem::Terms(const RoughnessWeights& weights,
-                                                         std::span<const double> factors) const {
-  LeafEquations equations(*this, weights, factors);
-  std::vector<LeafTerms> terms;
-  terms.reserve(basis_.leaves().size());
-  for (std::size_t l = 0; l < basis_.leaves().size(); ++l) terms.push_back(equations.Terms(l));
-  return terms;
+std::vector<TensorForm> SplineSystem::DataForms(std::span<const double> factors) const {
+  const RoughnessWeights none;
+  LeafEquations equations(*this, none, factors);
+  std::vector<TensorForm> forms;
+  forms.reserve(basis_.leaves().size());
+  for (std::size_t l = 0; l < basis_.leaves().size(); ++l) forms.push_back(equations.Data(l));
+  return forms;
 }
 
 double SplineSystem::ridge() const {

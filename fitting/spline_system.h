@@ -62,13 +62,8 @@ class SplineSystem {
   /// Second differences of the surface over every cell, mm.
   [[nodiscard]] std::vector<CellBend> Bends(const Eigen::VectorXd& coefficients) const;
 
-  /// The quadratic forms over one leaf's 4 × 4 local coefficients that A is a sum of.
-  struct LeafTerms {
-    TensorForm data{};   ///< Σ w_k f_k B_kᵀB_k/σ²
-    TensorForm holes{};  ///< See kHoleSlope.
-    TensorForm uu{}, vv{}, uv{};
-  };
-  [[nodiscard]] std::vector<LeafTerms> Terms(const RoughnessWeights& weights, std::span<const double> factors) const;
+  /// Σ w_k f_k B_kᵀB_k/σ² over every leaf's 4 × 4 local coefficients.
+  [[nodiscard]] std::vector<TensorForm> DataForms(std::span<const double> factors) const;
   /// What is added to the diagonal of A so that coefficients over holes stay determined.
   [[nodiscard]] double ridge() const;
 
