@@ -93,10 +93,12 @@ void DescribeAdaptive(const AdaptiveFit& fit, FitSummary& summary) {
 /// The uniform method from the screened samples on (uniform_fit.h).
 Result<FitResult> FinishUniform(const UniformInput& input, const FitOptions& options, FitSummary summary) {
   Stopwatch watch;
-  // With as many intervals as levels, a saw-tooth between the levels would be seen by neither data nor penalty.
-  const std::size_t resolved = std::min<std::size_t>(117, input.cells.rows() * 4 / 5);
-  auto fit = FitUniform(input, std::clamp<std::size_t>(options.theta_knots != 0 ? options.theta_knots : 48, 8, 720),
-                        std::clamp<std::size_t>(options.z_knots != 0 ? options.z_knots : resolved, 4, 2000));
+  // With as many knots as cells, a saw-tooth between the cells would be seen by neither data nor penalty.
+  const std::size_t most_around = input.cells.columns() * 4 / 5;
+  const std::size_t most_up = std::min(input.cells.rows() * 4 / 5, input.cells.rows() - 4);
+  auto fit =
+      FitUniform(input, std::clamp<std::size_t>(options.theta_knots != 0 ? options.theta_knots : 48, 8, most_around),
+                 std::clamp<std::size_t>(options.z_knots != 0 ? options.z_knots : 117, 1, most_up));
   if (!fit) return Fail(fit);
   summary.coefficients = static_cast<std::size_t>(fit->surface.coefficients().size());
   summary.lambda_theta = fit->smoothing.theta;

@@ -27,8 +27,8 @@ enum class FitMethod {
 /// What a caller can choose. The defaults need no tuning.
 struct FitOptions {
   FitMethod method = FitMethod::kAdaptive;
-  std::size_t theta_knots = 0;  ///< kUniform only: knots around; 0 is 48.
-  std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 coefficients), or 0.8 per level.
+  std::size_t theta_knots = 0;  ///< kUniform only: knots around; 0 is 48. At most 0.8 per sensor.
+  std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 rows of coefficients). Likewise.
   ScreeningOptions screening;
 };
 

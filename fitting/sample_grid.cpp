@@ -73,8 +73,8 @@ class RowGroups {
   RowGroups(std::size_t columns, std::size_t usable)
       : columns_(columns), max_cells_(kCellsPerSample * usable + kFreeCells) {}
 
-  /// Puts a sample in the first row of its sweep and level in which its cell is free. False when the rows would take
-  /// more cells than a scan of so many samples can need.
+  /// Puts a sample in the first row of its sweep and level in which its cell is free, if there is one. False when the
+  /// rows would take more cells than a scan of so many samples can need.
   bool Put(const SurfaceSample& s, std::uint32_t index, std::uint32_t column) {
     constexpr std::uint64_t kMaxShared = 16;
     const std::uint64_t key = (std::uint64_t{s.sweep} << 48U) | (std::uint64_t{s.level} << 16U);
@@ -85,11 +85,13 @@ class RowGroups {
       if (cell != kEmpty) continue;
       cell = index;
       groups_[row].Add(s.z - groups_[row].first);
+      ++held_;
       return true;
     }
     return true;
   }
 
+  [[nodiscard]] std::size_t held() const { return held_; }
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
   [[nodiscard]] const std::uint32_t* Cells(std::uint32_t row) const { return cells_.data() + row * columns_; }
 
@@ -114,6 +116,7 @@ class RowGroups {
   std::vector<Group> groups_;
   std::vector<std::uint32_t> cells_;
   std::uint32_t last_ = 0;
+  std::size_t held_ = 0;
 };
 
 }  // namespace
@@ -121,8 +124,11 @@ class RowGroups {
 bool IsUsable(const SurfaceSample& sample) {
   constexpr double kLargestRadius = 1e4;  // mm
   constexpr double kLargestHeight = 1e5;  // mm
-  return std::isfinite(sample.theta) && sample.radius > 0.0 && sample.radius <= kLargestRadius &&
-         std::abs(sample.z) <= kLargestHeight && sample.weight > 0.0F && std::isfinite(sample.weight);
+  constexpr double kLargestAngle = 1e3;   // rad
+  constexpr float kLargestWeight = 1e6F;  // and its inverse the smallest: beyond them the equations lose their digits
+  return std::abs(sample.theta) <= kLargestAngle && sample.radius > 0.0 && sample.radius <= kLargestRadius &&
+         std::abs(sample.z) <= kLargestHeight && sample.weight >= 1.0F / kLargestWeight &&
+         sample.weight <= kLargestWeight;
 }
 
 SampleGrid::SampleGrid(std::span<const SurfaceSample> samples) {
@@ -133,6 +139,7 @@ SampleGrid::SampleGrid(std::span<const SurfaceSample> samples) {
     if (!IsUsable(samples[k])) continue;
     if (!levels.Put(samples[k], static_cast<std::uint32_t>(k), sensors.of_sensor[samples[k].sensor])) return;
   }
+  if (levels.held() < sensors.usable / 2) return;
   const std::vector<std::uint32_t> row_order = Order(levels.groups());
   const std::vector<std::uint32_t> column_order = Order(sensors.groups);
   row_z_ = Positions(levels.groups(), row_order);

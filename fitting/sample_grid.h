@@ -11,7 +11,7 @@
 namespace annulus {
 
 /// Whether a sample can be a point on a body in a ring: finite, radius above 0 and at most 10 m, within 100 m of the
-/// floor, with a positive finite weight.
+/// floor, angle within 1000 rad, weight from 1e-6 to 1e6.
 [[nodiscard]] bool IsUsable(const SurfaceSample& sample);
 
 /// The samples of a scan in the order of the ring: one row per level (all sweeps merged, sorted by height), one column
@@ -23,8 +23,9 @@ class SampleGrid {
   static constexpr std::size_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   /// Groups the usable `samples` by (sweep, level) and by sensor. A second sample of the same sweep, level and sensor
-  /// opens a row of its own, up to the 16th; later ones are not held. Samples so scattered that they would fill less
-  /// than one cell in a hundred are no scan: the grid is then empty. Requires fewer than 2^32 - 1 samples.
+  /// opens a row of its own, up to the 16th; later ones are not held. If that is most of them, or if samples are so
+  /// scattered that they would fill less than one cell in a hundred, they are no scan: the grid is then empty. Requires
+  /// fewer than 2^32 - 1 samples.
   explicit SampleGrid(std::span<const SurfaceSample> samples);
 
   [[nodiscard]] std::size_t rows() const { return row_z_.size(); }

@@ -136,6 +136,12 @@ Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count
     return Fail(attempted, std::to_string(theta_count) + " by " + std::to_string(z_intervals) + " knots take over 2 GB",
                 "ask for fewer knots");
   }
+  if (theta_count >= input.cells.columns() || z_intervals + 3 >= input.cells.rows()) {
+    return Fail(attempted,
+                std::to_string(theta_count) + " by " + std::to_string(z_intervals) + " knots on " +
+                    std::to_string(input.cells.columns()) + " by " + std::to_string(input.cells.rows()) + " cells",
+                "ask for fewer knots than the scan has directions and levels");
+  }
   const UniformProblem problem(input, theta_count, z_intervals);
   UniformFit fit{SplineSurface(problem.basis().theta(), problem.basis().z(),
                                Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.basis().size()))),

@@ -38,7 +38,8 @@ struct UniformFit {
 ///   min_c  ½ Σ w s²ρ((y − Bc)²/(σs)²) + ½ cᵀ(H + S)c,  ρ Huber's with width 5, s >= 1 the local scale.
 /// The weights come from ChooseSmoothing; the equations are solved by one band factorisation; residuals beyond 5 local
 /// standard deviations are then brought to rest with the same factor by Huber's modified residuals (Huber, Dutter
-/// 1974). `z_intervals` >= 4, `theta_count` >= 8. Fails if the equations are singular or their band takes over 2 GB.
+/// 1974). Requires `z_intervals` >= 1 and `theta_count` >= 8. Fails with fewer cells than knots either way, if the
+/// equations are singular, or if their band takes over 2 GB.
 [[nodiscard]] Result<UniformFit> FitUniform(const UniformInput& input, std::size_t theta_count,
                                             std::size_t z_intervals);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <set>
 
@@ -167,6 +168,31 @@ TEST(SampleGrid, IsEmptyWhenSamplesAreTooScatteredForAScan) {
   EXPECT_EQ(SampleGrid(samples).rows(), 0U);
   const std::vector<SampleVerdict> verdicts = VerdictsOf(samples);
   EXPECT_EQ(std::count(verdicts.begin(), verdicts.end(), SampleVerdict::kOutlier), 20'000);
+}
+
+TEST(SampleGrid, IsEmptyWhenMostSamplesShareTheirCells) {
+  std::vector<SurfaceSample> samples = SyntheticScan(SmoothTrunk, {});
+  for (SurfaceSample& s : samples) s.level = 3;  // 60 levels that all say they are the fourth
+  EXPECT_EQ(SampleGrid(samples).rows(), 0U);
+}
+
+TEST(SampleGrid, HoldsNoSampleThatCannotBe) {
+  const auto held = [](const std::function<void(SurfaceSample&)>& spoil) {
+    std::vector<SurfaceSample> samples = SyntheticScan(SmoothTrunk, {});
+    spoil(samples[1000]);
+    const SampleGrid grid(samples);
+    std::size_t count = 0;
+    for (std::size_t row = 0; row < grid.rows(); ++row) {
+      for (std::size_t column = 0; column < grid.columns(); ++column) count += grid.At(row, column) == 1000U ? 1 : 0;
+    }
+    return count == 1;
+  };
+  EXPECT_TRUE(held([](SurfaceSample& s) { s.weight = 1e-5F; }));
+  EXPECT_FALSE(held([](SurfaceSample& s) { s.weight = 1e-30F; }));
+  EXPECT_FALSE(held([](SurfaceSample& s) { s.weight = 1e30F; }));
+  EXPECT_FALSE(held([](SurfaceSample& s) { s.theta = 1e308; }));
+  EXPECT_FALSE(held([](SurfaceSample& s) { s.radius = 1e308; }));
+  EXPECT_FALSE(held([](SurfaceSample& s) { s.z = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
 TEST(SampleGrid, TellsHowManyDirectionsTheRingLooksIn) {

@@ -487,5 +487,12 @@ TEST(FitUniform, RefusesMoreKnotsThanMemoryHolds) {
   EXPECT_THAT(fit.error().Text(), testing::HasSubstr("2 GB"));
 }
 
+TEST(FitUniform, RefusesMoreKnotsThanTheScanHasCells) {
+  const Scanned scan(SyntheticScan(SmoothTrunk, {}));
+  EXPECT_FALSE(FitUniform(scan.input(), 90, 20).has_value());
+  EXPECT_FALSE(FitUniform(scan.input(), 20, 57).has_value());
+  EXPECT_TRUE(FitUniform(scan.input(), 20, 1).has_value());
+}
+
 }  // namespace
 }  // namespace annulus
