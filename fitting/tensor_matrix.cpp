@@ -9,7 +9,6 @@
 namespace annulus {
 namespace {
 
-constexpr std::ptrdiff_t kReach = TensorMatrix::kReach;
 constexpr std::size_t kVectors = 25;
 static_assert(std::is_same_v<TensorForm, std::array<double, 160>>);
 
