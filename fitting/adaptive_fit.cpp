@@ -133,6 +133,7 @@ Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& contex
   for (std::size_t split = 0; split < kSplits; ++split) {
     context.Report("fitting", 0.4 + 0.2 * static_cast<double>(split), 1.0);
     for (std::size_t level = 0; level <= split; ++level) refinement.Split(level, input.cells, unresolved);
+    *fit = {};  // its memory first
     fit = Solve(input, refinement, weights);
     if (!fit) return fit;
     if (split + 1 < kSplits) unresolved = Unresolved(input, *fit);

@@ -32,6 +32,14 @@ CubicBasis PeriodicCubicBasis::InInterval(std::size_t interval, double theta) co
   return basis;
 }
 
+IntervalCubics PeriodicCubicBasis::Cubics() {
+  constexpr double kSixth = 1.0 / 6.0;
+  return {{{kSixth, -0.5, 0.5, -kSixth},
+           {4.0 * kSixth, 0.0, -1.0, 0.5},
+           {kSixth, 0.5, 0.5, -0.5},
+           {0.0, 0.0, 0.0, kSixth}}};
+}
+
 ClampedCubicBasis::ClampedCubicBasis(std::vector<double> breakpoints) : breakpoints_(std::move(breakpoints)) {
   ENSURE(breakpoints_.size() >= 2, "a clamped spline has at least one interval");
   for (std::size_t i = 0; i < breakpoints_.size(); ++i) {
@@ -83,6 +91,18 @@ CubicBasis ClampedCubicBasis::InInterval(std::size_t interval, double x) const {
     basis.second[k] = derivative(4, k, first_of_order_3);
   }
   return basis;
+}
+
+IntervalCubics ClampedCubicBasis::Cubics(std::size_t interval) const {
+  const double h = breakpoints_[interval + 1] - breakpoints_[interval];
+  const CubicBasis at_start = InInterval(interval, breakpoints_[interval]);
+  const CubicBasis at_end = InInterval(interval, breakpoints_[interval + 1]);
+  IntervalCubics cubics;
+  for (std::size_t k = 0; k < 4; ++k) {
+    cubics[k] = {at_start.value[k], h * at_start.first[k], 0.5 * h * h * at_start.second[k],
+                 h * h * (at_end.second[k] - at_start.second[k]) / 6.0};
+  }
+  return cubics;
 }
 
 std::vector<double> UniformBreakpoints(double from, double to, std::size_t count) {

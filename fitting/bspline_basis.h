@@ -14,6 +14,16 @@ struct CubicBasis {
   std::array<double, 4> second{};      ///< N_i''(x).
 };
 
+/// The four splines of one interval as polynomials of t = 0 … 1 along it: N_k = Σ_p c[k][p] t^p.
+using IntervalCubics = std::array<std::array<double, 4>, 4>;
+
+/// Their values.
+[[nodiscard]] inline std::array<double, 4> ValuesAt(const IntervalCubics& c, double t) {
+  std::array<double, 4> values;
+  for (std::size_t k = 0; k < 4; ++k) values[k] = ((c[k][3] * t + c[k][2]) * t + c[k][1]) * t + c[k][0];
+  return values;
+}
+
 /// Cubic B-splines on a circle with `count` equal intervals over [0, 2 pi) (paper 001, eqs. 2.8–2.10: uniform,
 /// closed in u). Knot i lies at i·2 pi/count; spline i is centred on knot i, so that at knot i the values are
 /// 1/6, 2/3, 1/6 for splines i-1, i, i+1.
@@ -31,6 +41,8 @@ class PeriodicCubicBasis {
   [[nodiscard]] CubicBasis At(double theta) const { return InInterval(Interval(theta), theta); }
   /// The same with the polynomials of a given interval, which theta should lie in or at the edge of.
   [[nodiscard]] CubicBasis InInterval(std::size_t interval, double theta) const;
+  /// The polynomials, the same in every interval.
+  [[nodiscard]] static IntervalCubics Cubics();
 
  private:
   std::size_t count_;
@@ -55,6 +67,8 @@ class ClampedCubicBasis {
   [[nodiscard]] CubicBasis At(double x) const { return InInterval(Interval(x), x); }
   /// The same with the polynomials of a given interval.
   [[nodiscard]] CubicBasis InInterval(std::size_t interval, double x) const;
+  /// The polynomials of an interval.
+  [[nodiscard]] IntervalCubics Cubics(std::size_t interval) const;
 
  private:
   std::vector<double> breakpoints_;

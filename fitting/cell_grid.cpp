@@ -13,8 +13,8 @@ namespace annulus {
 namespace {
 
 constexpr std::size_t kMinColumns = 24;
-constexpr std::size_t kMaxColumns = 720;
-constexpr std::size_t kMaxRows = 4096;
+constexpr std::size_t kMaxColumns = 360;
+constexpr std::size_t kMaxRows = 2048;
 
 /// `x` >= 0 rounded to the nearest integer, halves up.
 std::size_t RoundUp(double x) {

@@ -83,10 +83,12 @@ class SplineSystem::LeafEquations {
 
   void AppendData(std::size_t l) {
     const double scale = 1.0 / (system_.noise_sigma_ * system_.noise_sigma_);
+    const SplineLeaf& leaf = system_.basis_.leaves()[l];
     for (std::uint32_t k = system_.row_first_[l]; k < system_.row_first_[l + 1]; ++k) {
       const SampleRow& row = system_.rows_[k];
       const double factor = factors_.empty() ? 1.0 : factors_[k];
-      tensor_rows_.push_back({row.theta, row.z, scale * static_cast<double>(row.weight) * factor});
+      const RowSplines at = system_.SplinesAt(row, leaf);
+      tensor_rows_.push_back({at.theta, at.z, scale * static_cast<double>(row.weight) * factor});
     }
   }
 
@@ -139,8 +141,9 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
     const SurfaceSample& s = used.samples[row.sample];
     const SplineLeaf& leaf = basis.leaves()[row.leaf];
     const SplineLevel& level = basis.levels()[leaf.level];
-    row.theta = level.theta.InInterval(leaf.theta_cell, s.theta).value;
-    row.z = level.z.InInterval(leaf.z_cell, s.z).value;
+    row.theta = WrapAngle(s.theta) / level.theta.spacing() - static_cast<double>(leaf.theta_cell);
+    const std::vector<double>& z = level.z.breakpoints();
+    row.z = (s.z - z[leaf.z_cell]) / (z[leaf.z_cell + 1] - z[leaf.z_cell]);
     row.radius = s.radius;
     row.weight = s.weight;
     row.cell = static_cast<std::uint32_t>(cells.IndexOf(s));
@@ -161,6 +164,8 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
     for (std::size_t c = 0; c < cells.columns(); ++c) around.push_back(level.theta.At(cells.theta(c)));
     std::vector<CubicBasis>& up = cell_bases_.z.emplace_back();
     for (std::size_t r = 0; r < cells.rows(); ++r) up.push_back(level.z.At(cells.z(r)));
+    std::vector<IntervalCubics>& cubics = z_cubics_.emplace_back();
+    for (std::size_t cell = 0; cell < level.z_cells(); ++cell) cubics.push_back(level.z.Cubics(cell));
   }
 }
 
@@ -210,9 +215,10 @@ Eigen::VectorXd SplineSystem::Predict(const Eigen::VectorXd& coefficients) const
   Eigen::VectorXd values(static_cast<Eigen::Index>(rows_.size()));
   for (std::size_t l = 0; l + 1 < row_first_.size(); ++l) {
     if (row_first_[l] == row_first_[l + 1]) continue;
-    const Eigen::Matrix<double, 16, 1> local = basis_.Local(basis_.leaves()[l], coefficients);
+    const SplineLeaf& leaf = basis_.leaves()[l];
+    const Eigen::Matrix<double, 16, 1> local = basis_.Local(leaf, coefficients);
     for (std::uint32_t k = row_first_[l]; k < row_first_[l + 1]; ++k) {
-      const SampleRow& row = rows_[k];
+      const RowSplines row = SplinesAt(rows_[k], leaf);
       double value = 0.0;
       for (std::size_t j = 0; j < 4; ++j) {
         const double* c = local.data() + 4 * j;
@@ -238,15 +244,15 @@ Eigen::VectorXd SplineSystem::Transpose(const Eigen::VectorXd& values) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(basis_.size()));
   for (std::size_t l = 0; l + 1 < row_first_.size(); ++l) {
     if (row_first_[l] == row_first_[l + 1]) continue;
+    const SplineLeaf& leaf = basis_.leaves()[l];
     Eigen::Matrix<double, 16, 1> local = Eigen::Matrix<double, 16, 1>::Zero();
     for (std::uint32_t k = row_first_[l]; k < row_first_[l + 1]; ++k) {
-      const SampleRow& row = rows_[k];
+      const RowSplines row = SplinesAt(rows_[k], leaf);
       for (std::size_t j = 0; j < 4; ++j) {
         const double left = values[static_cast<Eigen::Index>(k)] * row.z[j];
         for (std::size_t i = 0; i < 4; ++i) local[static_cast<Eigen::Index>(4 * j + i)] += left * row.theta[i];
       }
     }
-    const SplineLeaf& leaf = basis_.leaves()[l];
     const std::span<const std::uint32_t> active = basis_.Active(leaf);
     for (std::size_t a = 0; a < active.size(); ++a) {
       const auto index = static_cast<Eigen::Index>(a);
@@ -276,25 +282,56 @@ std::optional<FrontalCholesky> SplineSystem::Factor(std::shared_ptr<const Elimin
       std::move(tree), basis_, [&](std::size_t l) { return equations.Matrix(l); }, ridge());
 }
 
+namespace {
+
+/// The upper triangle of a matrix that couples all coefficients sharing a leaf: all entries zero, rows ascending.
+Eigen::SparseMatrix<double> UpperPattern(const HierarchicalSpline& basis) {
+  std::vector<std::uint32_t> leaf_of;
+  std::vector<std::uint32_t> coefficient;
+  for (std::size_t l = 0; l < basis.leaves().size(); ++l) {
+    for (const std::uint32_t c : basis.Active(basis.leaves()[l])) {
+      leaf_of.push_back(static_cast<std::uint32_t>(l));
+      coefficient.push_back(c);
+    }
+  }
+  const Buckets leaves_of = SortByKey(coefficient, basis.size());
+  Eigen::SparseMatrix<double> upper(static_cast<Eigen::Index>(basis.size()), static_cast<Eigen::Index>(basis.size()));
+  std::vector<std::uint32_t> rows;
+  for (std::size_t c = 0; c < basis.size(); ++c) {
+    rows.clear();
+    for (std::uint32_t k = leaves_of.first[c]; k < leaves_of.first[c + 1]; ++k) {
+      const std::span<const std::uint32_t> active = basis.Active(basis.leaves()[leaf_of[leaves_of.order[k]]]);
+      std::copy_if(active.begin(), active.end(), std::back_inserter(rows), [c](std::uint32_t row) { return row <= c; });
+    }
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    upper.startVec(static_cast<Eigen::Index>(c));
+    for (const std::uint32_t row : rows) upper.insertBack(row, static_cast<Eigen::Index>(c)) = 0.0;
+  }
+  upper.finalize();
+  return upper;
+}
+
+}  // namespace
+
 Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& weights,
                                                        std::span<const double> factors) const {
   LeafEquations equations(*this, weights, factors);
-  std::vector<Eigen::Triplet<double>> triplets;
+  Eigen::SparseMatrix<double> upper = UpperPattern(basis_);
   for (std::size_t l = 0; l < basis_.leaves().size(); ++l) {
     const FrontalCholesky::LeafView matrix = equations.Matrix(l);
     const std::span<const std::uint32_t> active = basis_.Active(basis_.leaves()[l]);
     for (std::size_t b = 0; b < active.size(); ++b) {
+      const int* first = upper.innerIndexPtr() + upper.outerIndexPtr()[active[b]];
+      const int* last = upper.innerIndexPtr() + upper.outerIndexPtr()[active[b] + 1];
       for (std::size_t a = 0; a < active.size(); ++a) {
         if (active[a] > active[b]) continue;
-        triplets.emplace_back(static_cast<int>(active[a]), static_cast<int>(active[b]),
-                              matrix.data[b * matrix.stride + a]);
+        const int* place = std::lower_bound(first, last, static_cast<int>(active[a]));
+        upper.valuePtr()[place - upper.innerIndexPtr()] += matrix.data[b * matrix.stride + a];
       }
     }
   }
-  const auto n = static_cast<Eigen::Index>(basis_.size());
-  for (int k = 0; k < static_cast<int>(n); ++k) triplets.emplace_back(k, k, ridge());
-  Eigen::SparseMatrix<double> upper(n, n);
-  upper.setFromTriplets(triplets.begin(), triplets.end());
+  for (Eigen::Index c = 0; c < upper.cols(); ++c) upper.valuePtr()[upper.outerIndexPtr()[c + 1] - 1] += ridge();
   return upper;
 }
 

@@ -20,10 +20,10 @@
 
 namespace annulus {
 
-/// One used sample as a row of the least-squares problem: the four theta and four z splines of its leaf.
+/// One used sample as a row of the least-squares problem.
 struct SampleRow {
-  std::array<double, 4> theta{};
-  std::array<double, 4> z{};
+  double theta = 0.0;   ///< Place in its leaf, 0 … 1.
+  double z = 0.0;       ///< The same upwards.
   double radius = 0.0;  ///< mm
   float weight = 1.0F;  ///< Relative weight of the sample, 1 for an ordinary return.
   std::uint32_t leaf = 0;
@@ -78,6 +78,15 @@ class SplineSystem {
  private:
   class LeafEquations;
 
+  /// The splines of a row's leaf at the row.
+  struct RowSplines {
+    std::array<double, 4> theta;
+    std::array<double, 4> z;
+  };
+  [[nodiscard]] RowSplines SplinesAt(const SampleRow& row, const SplineLeaf& leaf) const {
+    return {ValuesAt(theta_cubics_, row.theta), ValuesAt(z_cubics_[leaf.level][leaf.z_cell], row.z)};
+  }
+
   /// The splines at the cells' centres, by level and by column or row of cells.
   struct CellBases {
     std::vector<std::vector<CubicBasis>> theta;
@@ -91,6 +100,8 @@ class SplineSystem {
   std::vector<std::uint32_t> cell_order_;  ///< Cells by leaf.
   std::vector<std::uint32_t> cell_first_;
   CellBases cell_bases_;
+  IntervalCubics theta_cubics_ = PeriodicCubicBasis::Cubics();
+  std::vector<std::vector<IntervalCubics>> z_cubics_;  ///< By level and z interval.
   double noise_sigma_;
 };
 
