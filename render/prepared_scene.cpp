@@ -113,8 +113,8 @@ Status CheckRequest(const Camera& camera, const RenderOptions& options) {
   return {};
 }
 
-SampleGrid GridOf(const Camera& camera, const RenderOptions& options) {
-  SampleGrid grid;
+PixelSamples GridOf(const Camera& camera, const RenderOptions& options) {
+  PixelSamples grid;
   grid.projection = camera.projection;
   grid.half_height = camera.half_height;
   grid.near_mm = camera.near_mm;
@@ -124,7 +124,7 @@ SampleGrid GridOf(const Camera& camera, const RenderOptions& options) {
   return grid;
 }
 
-ShadingPoint SurfaceAt(const PreparedScene& prepared, const SampleGrid& grid, const Fragment& fragment) {
+ShadingPoint SurfaceAt(const PreparedScene& prepared, const PixelSamples& grid, const Fragment& fragment) {
   const auto width = static_cast<std::uint32_t>(grid.width);
   const Eigen::Vector3d p = grid.PointAt(static_cast<int>(fragment.sample % width),
                                          static_cast<int>(fragment.sample / width), fragment.depth);

@@ -30,9 +30,9 @@ struct PreparedScene {
 [[nodiscard]] Status CheckRequest(const Camera& camera, const RenderOptions& options);
 
 /// The sample grid of a checked request.
-[[nodiscard]] SampleGrid GridOf(const Camera& camera, const RenderOptions& options);
+[[nodiscard]] PixelSamples GridOf(const Camera& camera, const RenderOptions& options);
 
 /// The surface at a sample of `face` whose depth is known (mm): interpolated normal on the viewer's side.
-[[nodiscard]] ShadingPoint SurfaceAt(const PreparedScene& prepared, const SampleGrid& grid, const Fragment& fragment);
+[[nodiscard]] ShadingPoint SurfaceAt(const PreparedScene& prepared, const PixelSamples& grid, const Fragment& fragment);
 
 }  // namespace annulus

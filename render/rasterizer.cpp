@@ -55,7 +55,7 @@ struct ClipPlane {
   [[nodiscard]] double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) + offset; }
 };
 
-std::array<ClipPlane, 5> ClipPlanesOf(const SampleGrid& grid, double widening) {
+std::array<ClipPlane, 5> ClipPlanesOf(const PixelSamples& grid, double widening) {
   const double up = widening * grid.half_height;
   const double right = up * grid.width / grid.height;
   const bool perspective = grid.projection == Projection::kPerspective;
@@ -84,7 +84,7 @@ Polygon ClipAt(const ClipPlane& plane, const Polygon& polygon) {
 
 class TriangleSetup {
  public:
-  TriangleSetup(const CameraMesh& mesh, const SampleGrid& grid)
+  TriangleSetup(const CameraMesh& mesh, const PixelSamples& grid)
       : mesh_(mesh), grid_(grid), view_planes_(ClipPlanesOf(grid, 1.0)), guard_planes_(ClipPlanesOf(grid, kGuard)) {}
 
   /// Appends what is visible of `face`: nothing, one triangle, or the fan of its clipped polygon.
@@ -176,14 +176,14 @@ class TriangleSetup {
   static int LastCentreTo(std::int64_t position) { return static_cast<int>((position - kSubsample / 2) >> 8); }
 
   const CameraMesh& mesh_;  // outlives this object: both live in one call
-  const SampleGrid& grid_;
+  const PixelSamples& grid_;
   std::array<ClipPlane, 5> view_planes_;
   std::array<ClipPlane, 5> guard_planes_;
 };
 
-int BandCount(const SampleGrid& grid) { return (grid.height + kBandRows - 1) / kBandRows; }
+int BandCount(const PixelSamples& grid) { return (grid.height + kBandRows - 1) / kBandRows; }
 
-std::vector<Chunk> SetUpChunks(const CameraMesh& mesh, const SampleGrid& grid, const std::stop_token& stop) {
+std::vector<Chunk> SetUpChunks(const CameraMesh& mesh, const PixelSamples& grid, const std::stop_token& stop) {
   const TriangleSetup setup(mesh, grid);
   std::vector<Chunk> chunks((mesh.faces.size() + kChunkFaces - 1) / kChunkFaces);
   ForEachBand(static_cast<int>(chunks.size()), grid.threads, stop, [&](int index) {
@@ -256,7 +256,7 @@ void ForEachSample(const ScreenTriangle& triangle, bool is_perspective, std::arr
 
 /// Draws all triangles of a band in the order of their faces, whatever thread does it.
 template <class Visit>
-void DrawBand(const std::vector<Chunk>& chunks, const SampleGrid& grid, int band, Visit&& visit) {
+void DrawBand(const std::vector<Chunk>& chunks, const PixelSamples& grid, int band, Visit&& visit) {
   const bool is_perspective = grid.projection == Projection::kPerspective;
   const std::array<int, 2> rows = {band * kBandRows, std::min(grid.height, (band + 1) * kBandRows) - 1};
   for (const Chunk& chunk : chunks) {
@@ -280,7 +280,7 @@ bool IsDrawnBefore(const Fragment& a, const Fragment& b) {
 
 }  // namespace
 
-VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const SampleGrid& grid, std::stop_token stop) {
+VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const PixelSamples& grid, std::stop_token stop) {
   const std::size_t count = static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height);
   VisibilityBuffer buffer{std::vector<float>(count, std::numeric_limits<float>::infinity()),
                           std::vector<std::uint32_t>(count, kNoFace)};
@@ -296,7 +296,7 @@ VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const SampleGrid& grid
   return buffer;
 }
 
-std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const SampleGrid& grid,
+std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const PixelSamples& grid,
                                    const std::vector<float>& depth_limit, std::stop_token stop) {
   const std::vector<Chunk> chunks = SetUpChunks(mesh, grid, stop);
   std::vector<std::vector<Fragment>> of_band(static_cast<std::size_t>(BandCount(grid)));

@@ -21,7 +21,7 @@ struct CameraMesh {
 };
 
 /// The sample grid that triangles are drawn on.
-struct SampleGrid {
+struct PixelSamples {
   Projection projection = Projection::kPerspective;
   double half_height = 0.2;  ///< As Camera::half_height.
   double near_mm = 1.0;      ///< As Camera::near_mm.
@@ -55,11 +55,11 @@ struct Fragment {
 /// The nearest face at each sample centre (of equally near ones the first), clipped at the near plane, both sides of a
 /// face. Samples on a shared edge belong to exactly one face; faces without area are skipped. Where `stop` is requested
 /// the rest stays empty.
-[[nodiscard]] VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const SampleGrid& grid, std::stop_token stop);
+[[nodiscard]] VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const PixelSamples& grid, std::stop_token stop);
 
 /// Every fragment nearer than `depth_limit` (one per sample), ordered by sample, within a sample from far to near, then
 /// by face.
-[[nodiscard]] std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const SampleGrid& grid,
+[[nodiscard]] std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const PixelSamples& grid,
                                                  const std::vector<float>& depth_limit, std::stop_token stop);
 
 }  // namespace annulus

@@ -30,7 +30,7 @@ LinearRgb BackdropAt(const RenderOptions& options, int x, int y) {
   return options.backdrop.centre + blend * (options.backdrop.edge - options.backdrop.centre);
 }
 
-void ShadeRow(const PreparedScene& prepared, const SampleGrid& grid, const VisibilityBuffer& seen, int row,
+void ShadeRow(const PreparedScene& prepared, const PixelSamples& grid, const VisibilityBuffer& seen, int row,
               Layer& layer) {
   const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width);
   for (std::size_t sample = first; sample < first + static_cast<std::size_t>(grid.width); ++sample) {
@@ -52,7 +52,7 @@ struct LensPass {
 struct FinishPass {
   const Layer& layer;
   const RenderOptions& options;
-  const SampleGrid& grid;
+  const PixelSamples& grid;
   const LensPass& lenses;
   const std::vector<float>& visibility;
 
@@ -118,7 +118,7 @@ Result<Layer> RenderLayer(const Scene& scene, const Camera& camera, const Render
   RETURN_IF_ERROR(CheckRequest(camera, options));
   Result<PreparedScene> prepared = PrepareScene(scene, ScenePart::kOpaque, camera);
   if (!prepared) return Fail(prepared);
-  const SampleGrid grid = GridOf(camera, options);
+  const PixelSamples grid = GridOf(camera, options);
   task.Report(kStage, 0.0, 3.0);
   VisibilityBuffer seen = RasterizeNearest(prepared->mesh, grid, task.stop);
   task.Report(kStage, 1.0, 3.0);
@@ -154,7 +154,7 @@ Result<Layer> Compose(const Layer& first, const Layer& second) {
 Result<RgbImage> FinishImage(const Layer& layer, const Scene& scene, const Camera& camera, const RenderOptions& options,
                              const TaskContext& task) {
   RETURN_IF_ERROR(CheckRequest(camera, options));
-  const SampleGrid grid = GridOf(camera, options);
+  const PixelSamples grid = GridOf(camera, options);
   if (layer.width != grid.width || layer.height != grid.height) {
     return Fail(kAttempted, "the layer was drawn with another size or supersampling", "draw the layer again");
   }
