@@ -52,7 +52,7 @@ std::size_t PixelIndex(const PixelSurface& surface, int x, int y) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.width) + static_cast<std::size_t>(x);
 }
 
-PixelSurface NearestSamples(const Layer& layer, const SampleGrid& grid, int supersampling,
+PixelSurface NearestSamples(const Layer& layer, const PixelSamples& grid, int supersampling,
                             const std::stop_token& stop) {
   PixelSurface surface{layer.width / supersampling, layer.height / supersampling, {}, {}};
   const std::size_t count = static_cast<std::size_t>(surface.width) * static_cast<std::size_t>(surface.height);
@@ -85,7 +85,7 @@ PixelSurface NearestSamples(const Layer& layer, const SampleGrid& grid, int supe
 }
 
 /// How far from a point, mm, others can shade it: the same distance in the picture at every depth.
-float ReachAt(const SampleGrid& grid, const Eigen::Vector3f& position) {
+float ReachAt(const PixelSamples& grid, const Eigen::Vector3f& position) {
   const double scale = grid.projection == Projection::kPerspective ? -position.z() : 1.0;
   return static_cast<float>(2.0 * grid.half_height * kReachShare * scale);
 }
@@ -113,7 +113,7 @@ float OcclusionAt(const PixelSurface& surface, int x, int y, const ProbePattern&
 
 /// Averages over one period of the pattern along one axis, not across steps in depth.
 std::vector<float> Smoothed(const std::vector<float>& values, const PixelSurface& surface, const Offset& step,
-                            const SampleGrid& grid) {
+                            const PixelSamples& grid) {
   constexpr std::array<float, 5> kWeights = {0.5F, 1.0F, 1.0F, 1.0F, 0.5F};
   std::vector<float> smoothed = values;
   ForEachBand(surface.height, grid.threads, {}, [&](int y) {
@@ -142,7 +142,7 @@ std::vector<float> Smoothed(const std::vector<float>& values, const PixelSurface
 
 }  // namespace
 
-std::vector<float> AmbientVisibility(const Layer& layer, const SampleGrid& grid, int supersampling,
+std::vector<float> AmbientVisibility(const Layer& layer, const PixelSamples& grid, int supersampling,
                                      const std::stop_token& stop) {
   const PixelSurface surface = NearestSamples(layer, grid, supersampling, stop);
   const ProbePattern pattern = MakePattern(kReachShare * surface.height);

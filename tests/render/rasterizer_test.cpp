@@ -12,8 +12,8 @@
 namespace annulus {
 namespace {
 
-SampleGrid Grid(Projection projection, int width, int height) {
-  SampleGrid grid;
+PixelSamples Grid(Projection projection, int width, int height) {
+  PixelSamples grid;
   grid.projection = projection;
   grid.half_height = projection == Projection::kPerspective ? 0.3 : 0.5 * height;
   grid.width = width;
@@ -45,7 +45,7 @@ TEST(Rasterizer, PerspectiveSphereShowsItsTangentCone) {
   // On the axis the silhouette is the cone of half angle asin(r / d).
   const double radius = 100.0;
   const double distance = 600.0;
-  const SampleGrid grid = Grid(Projection::kPerspective, 500, 500);
+  const PixelSamples grid = Grid(Projection::kPerspective, 500, 500);
   const auto seen = RasterizeNearest(MeshOf(SphereMesh({0.0, 0.0, distance}, radius, 720)), grid, {});
   const double in_samples = std::tan(std::asin(radius / distance)) / grid.Pitch();
   EXPECT_NEAR(static_cast<double>(CountCovered(seen)), kPi * in_samples * in_samples, 40.0);
@@ -58,7 +58,7 @@ TEST(Rasterizer, DepthOfAPlaneIsExactAtSampleCentres) {
   const Eigen::Vector3d corner(-2000.0, -2000.0, 700.0 - 0.8 * 2000.0 + 0.5 * 2000.0);
   const CameraMesh mesh = MeshOf(QuadMesh(corner, {4000.0, 0.0, 3200.0}, {0.0, 4000.0, -2000.0}));
   for (const Projection projection : {Projection::kPerspective, Projection::kOrthographic}) {
-    const SampleGrid grid = Grid(projection, 61, 47);
+    const PixelSamples grid = Grid(projection, 61, 47);
     const auto seen = RasterizeNearest(mesh, grid, {});
     for (int y = 0; y < grid.height; ++y) {
       for (int x = 0; x < grid.width; ++x) {
@@ -94,7 +94,7 @@ TEST(Rasterizer, SharedEdgesBelongToExactlyOneFace) {
       net.faces.push_back({a + 1, c, c + 1});
     }
   }
-  const SampleGrid grid = Grid(Projection::kOrthographic, 140, 140);
+  const PixelSamples grid = Grid(Projection::kOrthographic, 140, 140);
   const std::vector<float> unlimited(140 * 140, kNoDepth);
   const std::vector<Fragment> fragments = RasterizeAll(MeshOf(net), grid, unlimited, {});
   ASSERT_EQ(fragments.size(), unlimited.size());
@@ -102,7 +102,7 @@ TEST(Rasterizer, SharedEdgesBelongToExactlyOneFace) {
 }
 
 TEST(Rasterizer, ClippingLeavesNoGapsInsideAClosedSurface) {
-  const SampleGrid grid = Grid(Projection::kPerspective, 120, 90);
+  const PixelSamples grid = Grid(Projection::kPerspective, 120, 90);
   const auto seen = RasterizeNearest(MeshOf(SphereMesh({0.1, 0.2, -0.3}, 50.0, 24)), grid, {});
   EXPECT_EQ(CountCovered(seen), seen.face.size());
   for (const float depth : seen.depth) {
@@ -112,7 +112,7 @@ TEST(Rasterizer, ClippingLeavesNoGapsInsideAClosedSurface) {
 }
 
 TEST(Rasterizer, NothingNearerThanTheNearPlaneIsDrawn) {
-  const SampleGrid grid = Grid(Projection::kPerspective, 20, 20);
+  const PixelSamples grid = Grid(Projection::kPerspective, 20, 20);
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, 0.5}, {18, 0, 0}, {0, 18, 0})), grid, {})), 0U);
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, -50}, {18, 0, 0}, {0, 18, 0})), grid, {})), 0U);
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, 2}, {18, 0, 0}, {0, 18, 0})), grid, {})), 400U);
@@ -130,7 +130,7 @@ TEST(Rasterizer, FragmentsComeFarToNearUpToTheLimit) {
   TriangleMesh mesh = QuadMesh({-50, -50, 30}, {100, 0, 0}, {0, 100, 0});
   Append(mesh, QuadMesh({-50, -50, 10}, {100, 0, 0}, {0, 100, 0}));
   Append(mesh, QuadMesh({-50, -50, 20}, {100, 0, 0}, {0, 100, 0}));
-  const SampleGrid grid = Grid(Projection::kOrthographic, 8, 8);
+  const PixelSamples grid = Grid(Projection::kOrthographic, 8, 8);
   const auto fragments = RasterizeAll(MeshOf(mesh), grid, std::vector<float>(64, 25.0F), {});
   ASSERT_EQ(fragments.size(), 128U);
   for (std::size_t k = 0; k < fragments.size(); k += 2) {
@@ -152,7 +152,7 @@ TEST(Rasterizer, RandomTrianglesGiveTheSameOnAnyNumberOfThreads) {
     }
     mesh.faces.push_back({3 * k, 3 * k + 1, 3 * k + 2});
   }
-  SampleGrid grid = Grid(Projection::kPerspective, 200, 150);
+  PixelSamples grid = Grid(Projection::kPerspective, 200, 150);
   const auto one = RasterizeNearest(mesh, grid, {});
   grid.threads = 3;
   const auto three = RasterizeNearest(mesh, grid, {});
