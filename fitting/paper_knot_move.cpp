@@ -181,11 +181,13 @@ Result<KnotMove> MoveKnots(const CurveSamples& samples, const KnotPlan& plan, do
   ceres::Solve(options, &problem, &summary);
   move.iterations = static_cast<int>(summary.iterations.size());
 
+  constexpr double kAllowance = 1.05;
+  const double misfit = kAllowance * UniformMisfit(samples, plan.knots, lambda);
   for (int halvings = 0; halvings < 8; ++halvings) {
     const KnotPlan moved = WithFree(plan, free.data());
     const bool keeps = LeastSlope(moved.knots, moved.period).slope >= rules.least_slope;
     const auto cost = CostOf(samples, moved, lambda);
-    if (keeps && cost && *cost <= move.cost_start) {
+    if (keeps && cost && *cost <= move.cost_start && UniformMisfit(samples, moved.knots, lambda) <= misfit) {
       move.plan = moved;
       move.cost_end = *cost;
       return move;

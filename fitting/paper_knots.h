@@ -83,12 +83,11 @@ struct KnotMove {
 };
 
 /// Share of the distance to either neighbour within which a knot may move from its first position.
-inline constexpr double kKnotRange = 0.3;
+inline constexpr double kKnotRange = 0.2;
 
 /// Moves the knots between features within kKnotRange so that eq. 2.4 falls (ceres::Solver over coefficients and knots
-/// together, the knots bounded), features fixed. While the result breaks `rules.least_slope`, the move is
-/// halved. cost_end <= cost_start. Fails if the samples do not determine a
-/// curve.
+/// together, the knots bounded), features fixed. While the result breaks `rules.least_slope` or raises UniformMisfit by
+/// more than a twentieth, the move is halved. cost_end <= cost_start. Fails if the samples do not determine a curve.
 [[nodiscard]] Result<KnotMove> MoveKnots(const CurveSamples& samples, const KnotPlan& plan, double lambda,
                                          const KnotRules& rules);
 

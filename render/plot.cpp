@@ -3,137 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
+
+#include "render/canvas.h"
 
 namespace annulus {
 namespace {
 
 constexpr int kLargestPlot = 8192;
-constexpr double kSmallText = 0.42;
-constexpr double kTitleText = 0.55;
-/// OpenCV takes coordinates with this many fractional bits.
-constexpr int kShift = 4;
-
-cv::Scalar BgrOf(const LinearRgb& colour) {
-  return {static_cast<double>(SrgbByteFromLinear(colour[2])), static_cast<double>(SrgbByteFromLinear(colour[1])),
-          static_cast<double>(SrgbByteFromLinear(colour[0]))};
-}
-
-/// OpenCV's stroke font knows ASCII only.
-std::string PrintableAscii(const std::string& text) {
-  std::string ascii;
-  for (std::size_t k = 0; k < text.size(); ++k) {
-    const auto byte = static_cast<unsigned char>(text[k]);
-    const bool degree_sign = byte == 0xC2 && k + 1 < text.size() && static_cast<unsigned char>(text[k + 1]) == 0xB0;
-    if (degree_sign) ascii += " deg";
-    if (byte >= 0x20 && byte < 0x7F) {
-      ascii += text[k];
-    } else if (!degree_sign && (byte & 0xC0U) != 0x80U) {
-      ascii += '?';
-    }
-  }
-  return ascii;
-}
-
-/// A number with as few digits as `step` between neighbours needs.
-std::string NumberText(double value, double step) {
-  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 6);
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, std::abs(value) < 1e-9 * step ? 0.0 : value);
-  return text.data();
-}
-
-/// 1, 2 or 5 times a power of ten that divides `span` into at most `most` parts.
-double NiceStep(double span, int most) {
-  const double least = span / most;
-  const double decade = std::pow(10.0, std::floor(std::log10(least)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * decade >= least * (1.0 - 1e-9)) return factor * decade;
-  }
-  return 10.0 * decade;
-}
-
-/// Values between `from` and `to` (in either order) at which an axis is marked. A full turn is marked every 60 degrees.
-std::vector<double> Ticks(double from, double to, int most) {
-  const double low = std::min(from, to);
-  const double high = std::max(from, to);
-  const double step = std::abs(high - low - 360.0) < 1e-9 ? 60.0 : NiceStep(high - low, most);
-  std::vector<double> ticks;
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1.0) ticks.push_back(k * step);
-  return ticks;
-}
-
-enum class Anchor { kLeft, kCentre, kRight };
-
-/// A white sheet in sRGB that ends as an RgbImage. The only user of OpenCV's drawing.
-class Canvas {
- public:
-  Canvas(int width, int height) : pixels_(height, width, CV_8UC3, cv::Scalar::all(255.0)) {}
-
-  void Text(const std::string& text, const Eigen::Vector2d& at, double size, Anchor anchor) {
-    const std::string ascii = PrintableAscii(text);
-    int baseline = 0;
-    const int width = cv::getTextSize(ascii, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline).width;
-    const int shift = anchor == Anchor::kLeft ? 0 : (anchor == Anchor::kCentre ? width / 2 : width);
-    const cv::Point origin(static_cast<int>(std::lround(at.x())) - shift, static_cast<int>(std::lround(at.y())));
-    cv::putText(pixels_, ascii, origin, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar::all(40.0), 1, cv::LINE_AA);
-  }
-
-  void Polyline(const std::vector<Eigen::Vector2d>& points, const LinearRgb& colour, int thickness) {
-    std::vector<cv::Point> fixed;
-    for (const Eigen::Vector2d& p : points) fixed.push_back(FixedPoint(p));
-    cv::polylines(pixels_, fixed, false, BgrOf(colour), thickness, cv::LINE_AA, kShift);
-  }
-
-  void FillRectangle(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const LinearRgb& colour) {
-    const std::vector<cv::Point> corners = {FixedPoint(from), FixedPoint({to.x(), from.y()}), FixedPoint(to),
-                                            FixedPoint({from.x(), to.y()})};
-    cv::fillConvexPoly(pixels_, corners, BgrOf(colour), cv::LINE_8, kShift);
-  }
-
-  void SetPixel(int x, int y, const LinearRgb& colour) {
-    const cv::Scalar bgr = BgrOf(colour);
-    pixels_.at<cv::Vec3b>(y, x) = cv::Vec3b(static_cast<unsigned char>(bgr[0]), static_cast<unsigned char>(bgr[1]),
-                                            static_cast<unsigned char>(bgr[2]));
-  }
-
-  /// Text from bottom to top along the left edge, centred on `centre_y`.
-  void VerticalText(const std::string& text, double centre_y) {
-    Canvas strip(pixels_.rows, 18);
-    strip.Text(text, {pixels_.rows - centre_y, 13.0}, kSmallText, Anchor::kCentre);
-    cv::Mat turned;
-    cv::rotate(strip.pixels_, turned, cv::ROTATE_90_COUNTERCLOCKWISE);
-    turned.copyTo(pixels_(cv::Rect(2, 0, turned.cols, turned.rows)));
-  }
-
-  [[nodiscard]] RgbImage ToImage() const {
-    RgbImage image = RgbImage::Filled(pixels_.cols, pixels_.rows, LinearRgb::Zero());
-    for (int y = 0; y < image.height; ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        const cv::Vec3b& bgr = pixels_.at<cv::Vec3b>(y, x);
-        const std::uint32_t rrggbb = (static_cast<std::uint32_t>(bgr[2]) << 16) |
-                                     (static_cast<std::uint32_t>(bgr[1]) << 8) | static_cast<std::uint32_t>(bgr[0]);
-        image.rgb[image.Index(x, y)] = LinearFromHex(rrggbb);
-      }
-    }
-    return image;
-  }
-
- private:
-  static cv::Point FixedPoint(const Eigen::Vector2d& p) {
-    // Far outside the sheet nothing is drawn; the limit keeps the fixed point in range.
-    const auto fixed = [](double value) {
-      return static_cast<int>(std::lround(std::clamp(value, -1e5, 1e5) * (1 << kShift)));
-    };
-    return {fixed(p.x()), fixed(p.y())};
-  }
-
-  cv::Mat pixels_;
-};
 
 const LinearRgb kInk = LinearFromHex(0x303030);
 const LinearRgb kFaint = LinearFromHex(0xb0b0b0);

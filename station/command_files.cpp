@@ -5,6 +5,7 @@
 
 #include "acquisition/csv_scan.h"
 #include "acquisition/recording.h"
+#include "fitting/paper_model.h"
 #include "modeling/exchange/model_json.h"
 #include "station/commands.h"
 #include "station/files.h"
@@ -102,6 +103,11 @@ Json InspectModel(const SurfaceModel& model) {
                         {"cells_measured", cells[2]},
                         {"cells_inferred", cells[1]},
                         {"cells_unknown", cells[0]}});
+    if (segment.paper == nullptr) continue;
+    const PaperSurface& paper = segment.paper->surface;
+    surfaces.back()["coefficients"] = paper.control().size();  // the tensor form is made when the file is read
+    surfaces.back()["theta_knots"] = paper.theta_knots().size();
+    surfaces.back()["z_knots"] = paper.z_knots().size();
   }
   return {{"kind", "model"},
           {"surfaces", surfaces},

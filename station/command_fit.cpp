@@ -12,6 +12,7 @@
 #include "station/commands.h"
 #include "station/files.h"
 #include "station/fit_scan.h"
+#include "station/paper_picture.h"
 
 namespace annulus {
 namespace {
@@ -46,6 +47,7 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
   context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   FitOptions fit_options;
   fit_options.method = options.method;
+  if (options.no_covariance) fit_options.covariance = CovarianceChoice::kNone;
   auto fit = FitScans(scans, fit_options, context);
   display.Clear();
   if (!fit) return tl::unexpected(About(fit.error(), options.scans));
@@ -55,11 +57,8 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
     const bool is_much = static_cast<double>(region.left_out) > kFew * static_cast<double>(region.samples);
     Log(is_much ? LogLevel::kWarning : LogLevel::kInfo, region.BriefReport());
   }
-  if (options.no_covariance) {
-    for (SurfaceSegment& segment : fit->fit.model.segments) segment.normal_matrix.resize(0, 0);
-  }
   if (!options.report_image.empty()) {
-    const auto image = ResidualImage(*fit);
+    const auto image = fit->fit.summary.paper ? PaperFitImage(*fit, context) : ResidualImage(*fit);
     if (!image) return Fail(image);
     RETURN_IF_ERROR(WritePngFile(io.storage(), options.report_image, *image));
   }
@@ -189,7 +188,10 @@ void AddFitCommand(CLI::App& app, CommandWork& chosen) {
       ->type_name("METHOD");
   command->add_option("--report", options->report, "write a report of the fit (- is standard output)")
       ->type_name("F.json");
-  command->add_option("--report-image", options->report_image, "draw the residuals")->type_name("F.png");
+  command
+      ->add_option("--report-image", options->report_image,
+                   "draw the residuals; with --method paper the sections, their knots and the surface's net")
+      ->type_name("F.png");
   command->add_flag("--no-covariance", options->no_covariance, "leave the normal matrix out of the model");
   command->footer("Example: annulus fit scan.mcap --out model.json --report report.json");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFit(*options, io); }; });

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "fitting/fit_segments.h"
+#include "fitting/paper_model.h"
+#include "modeling/exchange/paper_json.h"
 #include "render/plot.h"
 #include "station/command_line.h"
 
@@ -151,29 +153,34 @@ Json FitReport(const ScanFit& fit) {
   for (const SectionRegion& region : s.regions) regions.push_back(RegionToJson(region));
   Json foreground = Json::array();
   for (const ForegroundObject& object : s.foreground) foreground.push_back(ForegroundToJson(object));
-  return {{"termination", s.termination},
-          {"time_s",
-           {{"screening", s.times.screening_s},
-            {"solve", s.times.solve_s},
-            {"polish", s.times.polish_s},
-            {"knowledge", s.times.knowledge_s},
-            {"total", s.times.total_s},
-            {"sigma", s.times.sigma_s}}},
-          {"method", fit.fit.model.provenance.method},
-          {"samples", s.samples},
-          {"used", s.used},
-          {"coefficients", s.coefficients},
-          {"effective_parameters", s.effective_parameters},
-          {"rms_mm", s.rms_mm},
-          {"noise_sigma_mm", s.noise_sigma_mm},
-          {"lambda_mm2", s.lambda},
-          {"cost_start", s.cost_start},
-          {"cost_end", s.cost_end},
-          {"iterations", s.iterations},
-          {"segments", segments},
-          {"regions", regions},
-          {"foreground", foreground},
-          {"rejected", rejected}};
+  Json report{{"termination", s.termination},
+              {"time_s",
+               {{"screening", s.times.screening_s},
+                {"solve", s.times.solve_s},
+                {"polish", s.times.polish_s},
+                {"knowledge", s.times.knowledge_s},
+                {"total", s.times.total_s},
+                {"sigma", s.times.sigma_s}}},
+              {"method", fit.fit.model.provenance.method},
+              {"samples", s.samples},
+              {"used", s.used},
+              {"coefficients", s.coefficients},
+              {"effective_parameters", s.effective_parameters},
+              {"rms_mm", s.rms_mm},
+              {"noise_sigma_mm", s.noise_sigma_mm},
+              {"lambda_mm2", s.lambda},
+              {"cost_start", s.cost_start},
+              {"cost_end", s.cost_end},
+              {"iterations", s.iterations},
+              {"segments", segments},
+              {"regions", regions},
+              {"foreground", foreground},
+              {"rejected", rejected}};
+  if (s.paper) {
+    report["paper"] = PaperReportToJson(fit.fit.model.main().paper->report);
+    report["paper"]["tensor_error_mm"] = s.paper->tensor_error;
+  }
+  return report;
 }
 
 Result<RgbImage> ResidualImage(const ScanFit& fit) {
