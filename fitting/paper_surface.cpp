@@ -348,6 +348,29 @@ std::array<Eigen::Vector2d, 4> PaperSurface::SectionSpan(std::size_t span, doubl
   return curve;
 }
 
+std::vector<Eigen::Vector2d> PaperSurface::SectionControlPoints(double z) const {
+  const double v = SolveV(z);
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t span = 0; span < theta_knots_.size(); ++span) points.push_back(SectionSpan(span, v)[1]);
+  return points;
+}
+
+std::vector<Eigen::Vector2d> PaperSurface::MeridianControlPoints(double theta) const {
+  const std::size_t m = theta_knots_.size();
+  std::size_t i = 0;
+  for (std::size_t k = 1; k < m; ++k) {
+    if (std::abs(AngleDifference(theta_knots_[k], theta)) < std::abs(AngleDifference(theta_knots_[i], theta))) i = k;
+  }
+  const Eigen::Vector2d direction(std::cos(theta_knots_[i]), std::sin(theta_knots_[i]));
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t row = 0; row < control_.size(); row += m) {
+    const Eigen::Vector3d w =
+        (control_[row + (i + m - 1) % m] + 4.0 * control_[row + i] + control_[row + (i + 1) % m]) / 6.0;
+    points.emplace_back(direction.dot(w.head<2>()), w.z());
+  }
+  return points;
+}
+
 RadiusJet PaperSurface::Jet(double theta, double z) const {
   using Complex = std::complex<double>;
   const SurfacePartials p = Partials(Solve(theta, z));

@@ -80,6 +80,11 @@ class PaperSurface {
   /// The outward unit normal, station frame.
   [[nodiscard]] Eigen::Vector3d Normal(double theta, double z) const;
 
+  /// Control points V of the section at height z (eq. 2.9), in the plane, mm; z is taken into its range.
+  [[nodiscard]] std::vector<Eigen::Vector2d> SectionControlPoints(double z) const;
+  /// Control points of the longitudinal section along the knot line nearest to theta: (r, z), mm.
+  [[nodiscard]] std::vector<Eigen::Vector2d> MeridianControlPoints(double theta) const;
+
  private:
   PaperSurface(std::vector<double> theta_knots, std::vector<double> z_knots, std::vector<Eigen::Vector3d> control);
   [[nodiscard]] Status CheckSections() const;
