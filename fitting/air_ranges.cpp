@@ -11,8 +11,8 @@ constexpr double kTouchingKnees = 100.0;  // mm
 constexpr std::size_t kFewestRows = 3;
 
 /// Runs of rows with and without air at the axis; empty rows belong to the run below them.
-std::vector<RowRange> Runs(const std::vector<LevelView>& views) {
-  std::vector<RowRange> runs;
+std::vector<AirRange> Runs(const std::vector<LevelView>& views) {
+  std::vector<AirRange> runs;
   for (std::size_t row = 0; row < views.size(); ++row) {
     if (views[row] == LevelView::kEmpty) continue;
     const bool air = views[row] != LevelView::kOneLoop;
@@ -64,16 +64,16 @@ std::vector<LevelView> ViewsOfRows(const RingImage& image, const OpenGaps& gaps)
   return views;
 }
 
-std::vector<RowRange> FindAirRanges(const RingImage& image, const std::vector<LevelView>& views) {
-  std::vector<RowRange> ranges;
-  for (RowRange range : Runs(views)) {
+std::vector<AirRange> FindAirRanges(const RingImage& image, const std::vector<LevelView>& views) {
+  std::vector<AirRange> ranges;
+  for (AirRange range : Runs(views)) {
     if (range.view == LevelView::kOneLoop) continue;
     const auto begin = views.begin() + static_cast<std::ptrdiff_t>(range.first);
     const auto end = views.begin() + static_cast<std::ptrdiff_t>(range.last) + 1;
     const auto several = static_cast<std::size_t>(std::count(begin, end, LevelView::kSeveralLoops));
     if (several < kFewestRows) range.view = LevelView::kAxisOutside;
     if (!ranges.empty()) {
-      RowRange& below = ranges.back();
+      AirRange& below = ranges.back();
       const double between = image.z(range.first) - image.z(below.last);
       const bool legs = below.view == LevelView::kSeveralLoops && range.view == LevelView::kSeveralLoops;
       if (between <= (legs ? kTouchingKnees : kShortestRange)) {
@@ -84,7 +84,7 @@ std::vector<RowRange> FindAirRanges(const RingImage& image, const std::vector<Le
     }
     ranges.push_back(range);
   }
-  std::erase_if(ranges, [&](const RowRange& range) {
+  std::erase_if(ranges, [&](const AirRange& range) {
     return range.last - range.first + 1 < kFewestRows || image.z(range.last) - image.z(range.first) < kShortestRange;
   });
   return ranges;

@@ -34,7 +34,7 @@ class OpenGaps {
 };
 
 /// Consecutive rows, both included, that are seen alike.
-struct RowRange {
+struct AirRange {
   std::size_t first = 0;
   std::size_t last = 0;
   LevelView view = LevelView::kOneLoop;
@@ -46,6 +46,6 @@ struct RowRange {
 /// Ranges of rows with air at the axis, upward: several loops if at least three rows show that, else the axis outside.
 /// Interruptions of 20 mm are closed, between several loops of 100 mm (knees that touch); ranges of less than 20 mm or
 /// three rows are dropped.
-[[nodiscard]] std::vector<RowRange> FindAirRanges(const RingImage& image, const std::vector<LevelView>& views);
+[[nodiscard]] std::vector<AirRange> FindAirRanges(const RingImage& image, const std::vector<LevelView>& views);
 
 }  // namespace annulus

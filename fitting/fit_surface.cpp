@@ -114,7 +114,7 @@ Result<FitResult> FinishUniform(const UniformInput& input, const FitOptions& opt
   SurfaceSegment segment{"body", fit->surface, BuildKnowledge(input.cells, fit->surface), {}, nullptr, {}};
   summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = summary.times.screening_s + summary.times.solve_s + summary.times.knowledge_s;
-  segment.normal_matrix = fit->equations.UpperTriangle();
+  if (options.covariance == CovarianceChoice::kKeep) segment.normal_matrix = fit->equations.UpperTriangle();
   summary.times.sigma_s = watch.Lap();
 
   FitResult result;
@@ -172,7 +172,9 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);
   summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = total.Lap();
-  segment.normal_matrix = fit->system->NormalMatrix(fit->weights, fit->factors());
+  if (options.covariance == CovarianceChoice::kKeep) {
+    segment.normal_matrix = fit->system->NormalMatrix(fit->weights, fit->factors());
+  }
   segment.hierarchy = std::move(fit->basis);
   summary.times.sigma_s = watch.Lap();
 

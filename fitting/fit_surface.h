@@ -24,12 +24,19 @@ enum class FitMethod {
   kPaper,     ///< Paper 001, §2, to the letter: see FitPaper (fitting/paper_fit.h).
 };
 
+/// Whether the model can tell its uncertainty.
+enum class CovarianceChoice {
+  kKeep,  ///< With the normal matrix.
+  kNone,  ///< Without: smaller, and nothing is spent on it.
+};
+
 /// What a caller can choose. The defaults need no tuning.
 struct FitOptions {
   FitMethod method = FitMethod::kAdaptive;
   std::size_t theta_knots = 0;  ///< kUniform only: knots around; 0 is 48. At most 0.8 per sensor.
   std::size_t z_knots = 0;      ///< kUniform only: intervals in height; 0 is 117 (120 rows of coefficients). Likewise.
   ScreeningOptions screening;
+  CovarianceChoice covariance = CovarianceChoice::kKeep;
 };
 
 /// A sample that was left out, and why.

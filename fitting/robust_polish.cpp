@@ -1,79 +1,54 @@
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
-#include <ceres/loss_function.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "fitting/spline_system.h"
+#include "fitting/robust_cost.h"
 
 namespace annulus {
-namespace {
 
-/// Where Huber's loss turns from square to linear, in local standard deviations.
-constexpr double kHuberWidth = 5.0;
+Eigen::VectorXd RobustCost::Coefficients(const Eigen::VectorXd& y) const {
+  return y.isZero(0.0) ? start_ : Eigen::VectorXd(start_ + factor_.SolveUpper(y));
+}
 
-/// The robust cost as a function of y, with c = c0 + A^{-1/2} y and A the system matrix at its quadratic solution c0:
-/// there the quadratic cost is its minimum plus ½‖y‖², and only samples in the linear part of the loss add to that.
-class RobustCost final : public ceres::FirstOrderFunction {
- public:
-  RobustCost(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
-             std::span<const double> scales)
-      : system_(system), factor_(factor), start_(start), scales_(scales) {}
-
-  [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const {
-    return y.isZero(0.0) ? start_ : Eigen::VectorXd(start_ + factor_.SolveUpper(y));
+bool RobustCost::Evaluate(const double* parameters, double* cost, double* gradient) const {
+  const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());
+  const Eigen::VectorXd residuals = system_.Residuals(Coefficients(y));
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(residuals.size());
+  *cost = 0.5 * y.squaredNorm();
+  bool any = false;
+  for (Eigen::Index k = 0; k < residuals.size(); ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    const double scale = system_.noise_sigma() * scales_[index];
+    const double residual = residuals[k] / scale;
+    if (std::abs(residual) <= kHuberWidth) continue;
+    std::array<double, 3> rho{};
+    loss_.Evaluate(residual * residual, rho.data());
+    const double weight = static_cast<double>(system_.rows()[index].weight) * scales_[index] * scales_[index];
+    *cost += 0.5 * weight * (rho[0] - residual * residual);
+    slope[k] = -weight * (rho[1] - 1.0) * residual / scale;
+    any = true;
   }
-
-  bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
-    const Eigen::Map<const Eigen::VectorXd> y(parameters, NumParameters());
-    const Eigen::VectorXd residuals = system_.Residuals(Coefficients(y));
-    Eigen::VectorXd slope = Eigen::VectorXd::Zero(residuals.size());
-    *cost = 0.5 * y.squaredNorm();
-    bool any = false;
-    for (Eigen::Index k = 0; k < residuals.size(); ++k) {
-      const auto index = static_cast<std::size_t>(k);
-      const double scale = system_.noise_sigma() * scales_[index];
-      const double residual = residuals[k] / scale;
-      if (std::abs(residual) <= kHuberWidth) continue;
-      std::array<double, 3> rho{};
-      loss_.Evaluate(residual * residual, rho.data());
-      const double weight = static_cast<double>(system_.rows()[index].weight) * scales_[index] * scales_[index];
-      *cost += 0.5 * weight * (rho[0] - residual * residual);
-      slope[k] = -weight * (rho[1] - 1.0) * residual / scale;
-      any = true;
-    }
-    if (gradient != nullptr) {
-      Eigen::Map<Eigen::VectorXd> sum(gradient, NumParameters());
-      sum = y;
-      if (any) sum += factor_.SolveLower(system_.Transpose(slope));
-    }
-    return std::isfinite(*cost);
+  if (gradient != nullptr) {
+    Eigen::Map<Eigen::VectorXd> sum(gradient, NumParameters());
+    sum = y;
+    if (any) sum += factor_.SolveLower(system_.Transpose(slope));
   }
+  return std::isfinite(*cost);
+}
 
-  [[nodiscard]] int NumParameters() const override { return static_cast<int>(start_.size()); }
-
-  /// rho' of every sample: its weight in the equivalent least-squares problem.
-  [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& residuals) const {
-    std::vector<double> factors(scales_.size());
-    for (std::size_t k = 0; k < factors.size(); ++k) {
-      const double residual = residuals[static_cast<Eigen::Index>(k)] / (system_.noise_sigma() * scales_[k]);
-      std::array<double, 3> rho{};
-      loss_.Evaluate(residual * residual, rho.data());
-      factors[k] = rho[1];
-    }
-    return factors;
+std::vector<double> RobustCost::Factors(const Eigen::VectorXd& residuals) const {
+  std::vector<double> factors(scales_.size());
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const double residual = residuals[static_cast<Eigen::Index>(k)] / (system_.noise_sigma() * scales_[k]);
+    std::array<double, 3> rho{};
+    loss_.Evaluate(residual * residual, rho.data());
+    factors[k] = rho[1];
   }
-
- private:
-  const SplineSystem& system_;
-  const FrontalCholesky& factor_;
-  const Eigen::VectorXd& start_;
-  std::span<const double> scales_;
-  ceres::HuberLoss loss_{kHuberWidth};
-};
-
-}  // namespace
+  return factors;
+}
 
 PolishResult RobustPolish(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
                           std::span<const double> scales) {

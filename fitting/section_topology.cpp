@@ -49,7 +49,7 @@ void AppendArc(const RingImage& image, std::size_t row, const ColumnArc& arc, co
 }
 
 /// Follows the arcs of the rows upward. Only rows with as many arcs as `view` asks for take part.
-std::vector<Track> FollowArcs(const RingImage& image, const OpenGaps& gaps, const RowRange& range,
+std::vector<Track> FollowArcs(const RingImage& image, const OpenGaps& gaps, const AirRange& range,
                               const std::vector<char>& in_front) {
   std::vector<Track> tracks;
   for (std::size_t row = range.first; row <= range.last; ++row) {
@@ -85,7 +85,7 @@ class Assembly {
   }
 
   void AddObject(const FrontObject& object);
-  void AddAir(const OpenGaps& gaps, const RowRange& range);
+  void AddAir(const OpenGaps& gaps, const AirRange& range);
   void AddUnseen(const std::vector<LevelGap>& gaps);
   void AddOverhangs();
   SectionTopology Finish(std::vector<LevelView> views) &&;
@@ -104,7 +104,7 @@ class Assembly {
   [[nodiscard]] std::vector<std::size_t> SeamAbove(const std::vector<std::size_t>& cells) const;
   [[nodiscard]] bool TrunkEndsAtTop(const FrontObject& object) const;
   [[nodiscard]] bool InAir(double z) const {
-    return std::any_of(air_.begin(), air_.end(), [&](const RowRange& range) {
+    return std::any_of(air_.begin(), air_.end(), [&](const AirRange& range) {
       return z >= image_.z(range.first) - kShortestRange && z <= image_.z(range.last) + kShortestRange;
     });
   }
@@ -112,7 +112,7 @@ class Assembly {
   const RingImage& image_;
   SectionTopology topology_;
   std::vector<char> in_front_;  ///< Per cell.
-  std::vector<RowRange> air_;
+  std::vector<AirRange> air_;
   double usable_ = 0.0;
 };
 
@@ -189,7 +189,7 @@ void Assembly::AddObject(const FrontObject& object) {
   if (is_limb) topology_.parts.push_back(std::move(part));
 }
 
-void Assembly::AddAir(const OpenGaps& gaps, const RowRange& range) {
+void Assembly::AddAir(const OpenGaps& gaps, const AirRange& range) {
   air_.push_back(range);
   std::vector<Track> tracks = FollowArcs(image_, gaps, range, in_front_);
   SectionRegion region;
@@ -270,7 +270,7 @@ void Assembly::AddOverhangs() {
 }
 
 SectionTopology Assembly::Finish(std::vector<LevelView> views) && {
-  for (const RowRange& range : air_) {
+  for (const AirRange& range : air_) {
     for (std::size_t row = range.first; row <= range.last; ++row) {
       if (views[row] != LevelView::kEmpty) views[row] = range.view;
     }
@@ -322,14 +322,14 @@ SectionTopology FindSectionTopology(std::span<const SurfaceSample> samples, cons
   const std::vector<LevelGap> gaps = FindLevelGaps(image);
   const OpenGaps open(image, gaps);
   std::vector<LevelView> views = ViewsOfRows(image, open);
-  const std::vector<RowRange> air = FindAirRanges(image, views);
+  const std::vector<AirRange> air = FindAirRanges(image, views);
   // Levels whose openings are too short to count are one loop.
   for (LevelView& view : views) {
     if (view != LevelView::kEmpty) view = LevelView::kOneLoop;
   }
   Assembly assembly(samples, image);
   for (const FrontObject& object : FindFrontObjects(image)) assembly.AddObject(object);
-  for (const RowRange& range : air) assembly.AddAir(open, range);
+  for (const AirRange& range : air) assembly.AddAir(open, range);
   assembly.AddUnseen(gaps);
   assembly.AddOverhangs();
   return std::move(assembly).Finish(std::move(views));
