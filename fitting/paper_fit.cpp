@@ -250,11 +250,14 @@ Result<Built> BuildByEverStricterRules(const Trunk& trunk, const RatedSection& s
   return best;
 }
 
-/// Good samples within the fitted heights stay good; the others are left out.
+/// Good samples of the fitted levels stay good; the others are left out.
 std::vector<SampleVerdict> Within(std::span<const SurfaceSample> samples, std::vector<SampleVerdict> verdicts,
-                                  const PaperSurface& surface) {
+                                  const PaperModel& paper) {
+  const double low = paper.surface.z_min();
+  const double high = paper.surface.z_max();
+  const double half_pitch = 0.5 * (high - low) / static_cast<double>(paper.report.levels - 1);
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const bool inside = samples[k].z >= surface.z_min() - 1e-9 && samples[k].z <= surface.z_max() + 1e-9;
+    const bool inside = samples[k].z > low - half_pitch && samples[k].z < high + half_pitch;
     if (verdicts[k] == SampleVerdict::kGood && !inside) verdicts[k] = SampleVerdict::kOutlier;
   }
   return verdicts;
@@ -268,6 +271,7 @@ void FillSummary(std::span<const SurfaceSample> samples, Screening& screening,
   double squares = 0.0;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (screening.verdicts[k] != SampleVerdict::kGood) summary.rejected.push_back({k, screening.verdicts[k]});
+    summary.segment_of_sample.push_back(verdicts[k] == SampleVerdict::kGood ? 0 : FitSummary::kNoSegment);
     if (verdicts[k] != SampleVerdict::kGood) continue;
     ++summary.used;
     const double miss = samples[k].radius - paper.surface.Radius(samples[k].theta, samples[k].z);
@@ -306,7 +310,7 @@ Result<FitResult> FitPaper(std::span<const SurfaceSample> samples, const FitOpti
 
   context.Report("fitting", 0.7, 1.0);
   const auto paper = std::make_shared<const PaperModel>(std::move(built->model));
-  const std::vector<SampleVerdict> verdicts = Within(samples, screening.verdicts, paper->surface);
+  const std::vector<SampleVerdict> verdicts = Within(samples, screening.verdicts, *paper);
   FillSummary(samples, screening, verdicts, *paper, result.summary);
   result.summary.paper = std::move(built->sections);
   TensorApproximation tensor = ApproximateByTensor(paper->surface);

@@ -26,7 +26,7 @@ class MeasuredSurface {
   [[nodiscard]] const SplineSurface& surface() const { return segment_->surface; }
   [[nodiscard]] const SurfaceSegment& segment() const { return *segment_; }
   /// Radius (mm), point (mm) and outward unit normal at one place, station frame: of the surface P(u, v) itself where
-  /// the model has one (solved for theta), which `surface()` follows within 0.01 mm; else of `surface()`.
+  /// the model has one (solved for theta), which `surface()` approximates; else of `surface()`.
   [[nodiscard]] double Radius(double theta, double z) const;
   [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
   [[nodiscard]] Eigen::Vector3d Normal(double theta, double z) const;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/ensure.h"
+#include "base/frames.h"
 #include "modeling/exchange/model_json.h"
 #include "modeling/measure/section.h"
 
@@ -23,6 +24,10 @@ void CheckAccepted(const SurfaceModel& model) {
   const double z = 0.5 * (body->surface().z_min() + body->surface().z_max());
   (void)body->KnowledgeAt(1.0, z);
   (void)body->RadiusSigma(1.0, z);
+  ENSURE(std::isfinite(body->Radius(1.0, z)), "radii are finite");
+  if (model.main().paper == nullptr) return;
+  const Eigen::Vector3d point = body->Point(1.0, z);
+  ENSURE(std::abs(AngleDifference(std::atan2(point.y(), point.x()), 1.0)) < 1e-9, "u is solved for theta");
 }
 
 }  // namespace
