@@ -72,8 +72,8 @@ struct SurfaceSegment {
   /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
   std::shared_ptr<const HierarchicalSpline> hierarchy{};
   Eigen::VectorXd active{};  ///< The hierarchy's coefficients, mm; empty without one.
-  /// The surface of `fit --method paper`, null for other fits; `surface` is then ApproximateByTensor of it, within 0.01 mm
-  /// but where a section runs nearly towards the axis. Shared by copies because it is large and immutable.
+  /// The surface of `fit --method paper`, null for other fits; `surface` is then ApproximateByTensor of it, within 0.01
+  /// mm but where a section runs nearly towards the axis. Shared by copies because it is large and immutable.
   std::shared_ptr<const PaperModel> paper{};
   /// The surface's theta and r are about this line; the main segment's is the ring's axis.
   SegmentAxis axis{};
