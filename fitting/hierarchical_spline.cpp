@@ -154,6 +154,7 @@ class HierarchicalSpline::LeafBuilder {
     leaf.z_cell = static_cast<std::uint32_t>(z_cell);
     leaf.level = static_cast<std::uint8_t>(l);
     leaf.first = static_cast<std::uint32_t>(spline.active_.size());
+    leaf.extraction_first = static_cast<std::uint32_t>(spline.extraction_.size());
     leaf.plain = true;
     std::array<std::size_t, 16> local{};  // theta i-1 … i+2, z j … j+3
     for (std::size_t k = 0; k < 16; ++k) {
@@ -165,9 +166,8 @@ class HierarchicalSpline::LeafBuilder {
     } else {
       AppendMixed(l, local, spline);
     }
-    const std::size_t count = spline.active_.size() - leaf.first;
-    leaf.count = static_cast<std::uint16_t>(count);
-    leaf.extraction_first = static_cast<std::uint32_t>(spline.extraction_.size() - (leaf.plain ? 0 : 16 * count));
+    leaf.count = static_cast<std::uint16_t>(spline.active_.size() - leaf.first);
+    leaf.extraction_count = static_cast<std::uint16_t>(spline.extraction_.size() - leaf.extraction_first);
     spline.leaves_.push_back(leaf);
   }
 
@@ -196,12 +196,11 @@ class HierarchicalSpline::LeafBuilder {
     std::sort(begin, spline.active_.end());
     const std::size_t count = spline.active_.size() - first;
     for (std::size_t k = 0; k < count; ++k) column_[spline.active_[first + k]] = static_cast<std::uint32_t>(k);
-    const std::size_t matrix = spline.extraction_.size();
-    spline.extraction_.resize(matrix + 16 * count, 0.0);
     for (std::size_t k = 0; k < 16; ++k) {
       for (std::uint32_t e = 0; e < rows[k].count; ++e) {
         const auto& [index, weight] = entries_[rows[k].first + e];
-        spline.extraction_[matrix + 16 * column_[index] + k] = weight;
+        spline.extraction_.push_back(
+            {weight, static_cast<std::uint16_t>(k), static_cast<std::uint16_t>(column_[index])});
       }
     }
     for (std::size_t k = 0; k < count; ++k) column_[spline.active_[first + k]] = kNoColumn;
@@ -253,12 +252,6 @@ void HierarchicalSpline::BuildLeaves() {
   const std::size_t fine_width = finest().theta_cells();
   leaf_of_fine_cell_.assign(fine_width * finest().z_cells(), 0);
   LeafBuilder builder(*this);
-  // Room that is not used is never touched, and growing step by step would touch it many times.
-  const std::size_t most = std::min<std::size_t>(leaf_of_fine_cell_.size(), 20'000);
-  constexpr std::size_t kUsualActive = 24;
-  leaves_.reserve(most);
-  active_.reserve(most * kUsualActive);
-  extraction_.reserve(most * 16 * kUsualActive);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const std::size_t width = levels_[l].theta_cells();
     const std::size_t share = std::size_t{1} << (levels_.size() - 1 - l);  // fine cells along a side
@@ -290,9 +283,8 @@ Eigen::Matrix<double, 16, 1> HierarchicalSpline::Local(const SplineLeaf& leaf, c
     }
     return local;
   }
-  const Extraction extraction = ExtractionOf(leaf);
-  for (std::size_t k = 0; k < indices.size(); ++k) {
-    local += active[static_cast<Eigen::Index>(indices[k])] * extraction.col(static_cast<Eigen::Index>(k));
+  for (const ExtractionEntry& e : Extraction(leaf)) {
+    local[e.local] += e.weight * active[static_cast<Eigen::Index>(indices[e.active])];
   }
   return local;
 }
@@ -304,12 +296,12 @@ std::vector<CoefficientWeight> HierarchicalSpline::ActiveRow(double theta, doubl
   const CubicBasis up = level.z.InInterval(leaf.z_cell, z);
   Eigen::Matrix<double, 16, 1> local;
   for (std::size_t k = 0; k < 16; ++k) local[static_cast<Eigen::Index>(k)] = up.value[k / 4] * around.value[k % 4];
-  const std::span<const std::uint32_t> active = Active(leaf);
   std::vector<CoefficientWeight> row;
-  for (std::size_t k = 0; k < active.size(); ++k) {
-    const auto index = static_cast<Eigen::Index>(k);
-    row.push_back({active[k], leaf.plain ? local[index] : ExtractionOf(leaf).col(index).dot(local)});
+  for (const std::uint32_t index : Active(leaf)) row.push_back({index, 0.0});
+  if (leaf.plain) {
+    for (std::size_t k = 0; k < 16; ++k) row[k].weight = local[static_cast<Eigen::Index>(k)];
   }
+  for (const ExtractionEntry& e : Extraction(leaf)) row[e.active].weight += e.weight * local[e.local];
   return row;
 }
 

@@ -33,18 +33,23 @@ struct SplineLeaf {
   std::uint32_t z_cell = 0;
   std::uint32_t first = 0;  ///< Of its active coefficients in the spline's pool.
   std::uint32_t extraction_first = 0;
+  std::uint16_t extraction_count = 0;
   std::uint16_t count = 0;  ///< Of its active coefficients, >= 1; 16 on a plain leaf.
   std::uint8_t level = 0;
   bool plain = false;
+};
+
+/// A weight of an active coefficient on a local one.
+struct ExtractionEntry {
+  double weight = 0.0;
+  std::uint16_t local = 0;   ///< 0 … 15, theta fastest.
+  std::uint16_t active = 0;  ///< In the order of HierarchicalSpline::Active.
 };
 
 /// Truncated hierarchical cubic B-splines (Giannelli, Jüttler, Speleers 2012) over periodic theta × clamped z: a coarse
 /// tensor grid that is refined dyadically where asked. With one level it is the plain tensor product. Immutable.
 class HierarchicalSpline {
  public:
-  /// Local coefficients as sums of active ones: local = extraction · active, one column per active coefficient.
-  using Extraction = Eigen::Map<const Eigen::Matrix<double, 16, Eigen::Dynamic>>;
-
   /// `theta_count` and `z_breakpoints` (uniform or not) are the coarsest level's; flags.size() + 1 levels.
   /// Requires theta_count >= 4 and flags of matching sizes; flags of cells outside their level's domain are dropped.
   HierarchicalSpline(std::size_t theta_count, const std::vector<double>& z_breakpoints, RefinementFlags flags);
@@ -62,9 +67,9 @@ class HierarchicalSpline {
   [[nodiscard]] std::span<const std::uint32_t> Active(const SplineLeaf& leaf) const {
     return std::span(active_).subspan(leaf.first, leaf.count);
   }
-  /// Requires a leaf that is not plain.
-  [[nodiscard]] Extraction ExtractionOf(const SplineLeaf& leaf) const {
-    return {extraction_.data() + leaf.extraction_first, 16, leaf.count};
+  /// The local coefficients as sums of active ones; none for a plain leaf.
+  [[nodiscard]] std::span<const ExtractionEntry> Extraction(const SplineLeaf& leaf) const {
+    return std::span(extraction_).subspan(leaf.extraction_first, leaf.extraction_count);
   }
   /// The local coefficients of a leaf.
   [[nodiscard]] Eigen::Matrix<double, 16, 1> Local(const SplineLeaf& leaf, const Eigen::VectorXd& active) const;
@@ -94,7 +99,7 @@ class HierarchicalSpline {
   std::size_t size_ = 0;
   std::vector<SplineLeaf> leaves_;
   std::vector<std::uint32_t> active_;
-  std::vector<double> extraction_;
+  std::vector<ExtractionEntry> extraction_;
   std::vector<std::uint32_t> leaf_of_fine_cell_;
 };
 

@@ -59,7 +59,11 @@ class SplineSystem::LeafEquations {
     if (leaf.plain) return {local_.data(), 16};
     const std::size_t stride = (leaf.count + kFrontLanes - 1) / kFrontLanes * kFrontLanes;
     matrix_.resize(std::max(matrix_.size(), stride * leaf.count));
-    ProjectForm(local_.data(), system_.basis_.ExtractionOf(leaf).data(), leaf.count, matrix_.data(), stride);
+    extraction_.assign(std::size_t{16} * leaf.count, 0.0);
+    for (const ExtractionEntry& e : system_.basis_.Extraction(leaf)) {
+      extraction_[std::size_t{16} * e.active + e.local] = e.weight;
+    }
+    ProjectForm(local_.data(), extraction_.data(), leaf.count, matrix_.data(), stride);
     return {matrix_.data(), stride};
   }
 
@@ -118,6 +122,7 @@ class SplineSystem::LeafEquations {
   double uu_scale_ = 0.0, vv_scale_ = 0.0, uv_scale_ = 0.0, hole_theta_ = 0.0, hole_z_ = 0.0;
   std::vector<TensorRow> tensor_rows_;
   std::array<double, 256> local_{};  ///< 16 × 16
+  std::vector<double> extraction_;   ///< 16 × count
   std::vector<double> matrix_;
 };
 
@@ -237,7 +242,12 @@ Eigen::VectorXd SplineSystem::Radii() const {
 }
 
 Eigen::VectorXd SplineSystem::Residuals(const Eigen::VectorXd& coefficients) const {
-  return Radii() - Predict(coefficients);
+  Eigen::VectorXd residuals = Predict(coefficients);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    double& value = residuals[static_cast<Eigen::Index>(k)];
+    value = rows_[k].radius - value;
+  }
+  return residuals;
 }
 
 Eigen::VectorXd SplineSystem::Transpose(const Eigen::VectorXd& values) const {
@@ -254,10 +264,13 @@ Eigen::VectorXd SplineSystem::Transpose(const Eigen::VectorXd& values) const {
       }
     }
     const std::span<const std::uint32_t> active = basis_.Active(leaf);
-    for (std::size_t a = 0; a < active.size(); ++a) {
-      const auto index = static_cast<Eigen::Index>(a);
-      sum[static_cast<Eigen::Index>(active[a])] +=
-          leaf.plain ? local[index] : basis_.ExtractionOf(leaf).col(index).dot(local);
+    if (leaf.plain) {
+      for (std::size_t k = 0; k < 16; ++k) {
+        sum[static_cast<Eigen::Index>(active[k])] += local[static_cast<Eigen::Index>(k)];
+      }
+    }
+    for (const ExtractionEntry& e : basis_.Extraction(leaf)) {
+      sum[static_cast<Eigen::Index>(active[e.active])] += e.weight * local[e.local];
     }
   }
   return sum;
