@@ -38,7 +38,8 @@ Lowest FindLowest(const std::function<double(double)>& score, double at_one) {
   }
   const double bend = low - 2.0 * middle + high;
   if (!(bend > 0.0) || !std::isfinite(bend)) return {std::exp(centre), middle};
-  const double shift = std::clamp(0.5 * (low - high) / bend, -1.0, 1.0);
+  const double shift = std::clamp(0.5 * (low - high) / bend, std::max(-1.0, (-furthest - centre) / step),
+                                  std::min(1.0, (furthest - centre) / step));
   return {std::exp(centre + shift * step), middle + 0.5 * shift * (high - low) + 0.5 * shift * shift * bend};
 }
 

@@ -7,7 +7,8 @@
 namespace annulus {
 namespace {
 
-constexpr double kUnresolved = 3.5;  // standard deviations of a window's sum
+constexpr double kUnresolved = 3.5;        // standard deviations of a window's sum
+constexpr double kUsualCells = 180 * 360;  // a scan with more cells has no more false alarms than one with so many
 
 /// Sums over windows of 2·half + 1 cells, cyclic in columns, cut off at the first and last row.
 std::vector<double> SumAcross(const CellGrid& cells, const std::vector<double>& values, std::size_t half) {
@@ -127,11 +128,14 @@ std::vector<double> LocalScales(const FitInput& input, const SplineSystem& syste
 std::vector<char> UnresolvedCells(const FitInput& input, const ResidualMaps& residuals) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kHalves{{{0, 0}, {1, 1}, {0, 2}, {2, 0}, {0, 1}, {1, 0}}};
   const CellGrid& cells = input.cells;
+  // The tail of the normal distribution beyond k falls about as exp(-k²/2).
+  const double crowd = static_cast<double>(residuals.sum.size()) / kUsualCells;
+  const double square = kUnresolved * kUnresolved + 2.0 * std::log(std::max(1.0, crowd));
   std::vector<char> unresolved(residuals.sum.size(), 0);
   for (const auto& [half_rows, half_columns] : kHalves) {
     const std::vector<double> sum = SumUp(cells, SumAcross(cells, residuals.sum, half_columns), half_rows);
     const std::vector<double> count = SumUp(cells, SumAcross(cells, residuals.count, half_columns), half_rows);
-    const double limit = kUnresolved * kUnresolved * input.noise * input.noise;
+    const double limit = square * input.noise * input.noise;
     std::vector<char> beyond(sum.size());
     for (std::size_t k = 0; k < sum.size(); ++k) beyond[k] = sum[k] * sum[k] > limit * count[k] ? 1 : 0;
     const std::vector<char> window = Spread(cells, beyond, half_rows, half_columns);
