@@ -101,7 +101,7 @@ class PaperSurface {
 /// surface, and how far it is from the other.
 struct TensorApproximation {
   SplineSurface surface;
-  double largest_error = 0.0;  ///< mm, along the normal, half-way between grid lines.
+  double largest_error = 0.0;  ///< mm, along the normal, half-way between grid lines; of up to 2^16 places.
 };
 
 /// Doubles the grid until the largest error is at most 0.01 mm or the grid has 2^19 coefficients (where a section runs
