@@ -4,8 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "fitting/ray_weights.h"
 #include "fitting/residual_maps.h"
 #include "fitting/roughness.h"
+#include "fitting/stopwatch.h"
 
 namespace annulus {
 namespace {
@@ -64,11 +66,12 @@ struct Refinement {
   }
 };
 
-Result<AdaptiveFit> Solve(const FitInput& input, const Refinement& refinement, RoughnessWeights weights) {
+Result<AdaptiveFit> Solve(const FitInput& input, const Refinement& refinement, RoughnessWeights weights,
+                          std::span<const float> sample_weights) {
   AdaptiveFit fit;
   fit.basis = refinement.Basis();
-  fit.system =
-      std::make_unique<const SplineSystem>(*fit.basis, UsedSamples{input.samples, input.use, input.noise}, input.cells);
+  fit.system = std::make_unique<const SplineSystem>(
+      *fit.basis, UsedSamples{input.samples, input.use, input.noise, sample_weights}, input.cells);
   fit.weights = std::move(weights);
   fit.tree = std::make_shared<const EliminationTree>(*fit.basis);
   fit.factor = fit.system->Factor(fit.tree, fit.weights, {});
@@ -123,24 +126,32 @@ std::span<const double> AdaptiveFit::factors() const {
 Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& context) {
   Refinement refinement(input.cells);
   const RoughnessPrior prior(input.cells, input.noise);
-  auto fit = Solve(input, refinement, prior.OfData());
+  auto fit = Solve(input, refinement, prior.OfData(), {});
   if (!fit) return fit;
 
   context.Report("fitting", 0.3, 1.0);
   std::vector<char> unresolved = Unresolved(input, *fit);
+  Stopwatch watch;
   const RoughnessWeights weights = ChooseWeights(prior, *fit, unresolved);
+  const double smoothing_s = watch.Lap();
   const DirectionalSmoothing smoothing = fit->smoothing;
+  std::vector<float> sample_weights;
+  if (HasObliqueRays(input)) sample_weights = RayWeights(input, fit->basis->Surface(fit->coefficients));
   for (std::size_t split = 0; split < kSplits; ++split) {
     context.Report("fitting", 0.4 + 0.2 * static_cast<double>(split), 1.0);
     for (std::size_t level = 0; level <= split; ++level) refinement.Split(level, input.cells, unresolved);
     *fit = {};  // its memory first
-    fit = Solve(input, refinement, weights);
+    fit = Solve(input, refinement, weights, sample_weights);
     if (!fit) return fit;
     if (split + 1 < kSplits) unresolved = Unresolved(input, *fit);
   }
   fit->smoothing = smoothing;
+  fit->edges = FindEdgeRegions(input.cells, prior.Edges());
   context.Report("fitting", 0.8, 1.0);
+  fit->smoothing_s = smoothing_s;
+  watch.Lap();
   RETURN_IF_ERROR(Polish(input, *fit));
+  fit->polish_s = watch.Lap();
   return fit;
 }
 

@@ -6,6 +6,7 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "fitting/directional_smoothing.h"
+#include "fitting/edge_regions.h"
 #include "fitting/fit_input.h"
 #include "fitting/spline_system.h"
 
@@ -19,6 +20,9 @@ struct AdaptiveFit {
   std::optional<FrontalCholesky> factor;  ///< Of the system matrix with the final weights and factors.
   RoughnessWeights weights;               ///< Scaled by `smoothing`.
   DirectionalSmoothing smoothing;
+  std::vector<EdgeRegion> edges;  ///< Where the penalty is broken.
+  double smoothing_s = 0.0;       ///< Seconds that the cross-validation took, and the polish with twicing.
+  double polish_s = 0.0;
   PolishResult polish;           ///< Before twicing.
   Eigen::VectorXd coefficients;  ///< The result.
 
@@ -32,8 +36,9 @@ struct AdaptiveFit {
 ///      is too coarse;
 ///   2. where it is not, weights from that surface's own second differences, whose strength each way is chosen by
 ///      cross-validation; elsewhere the data's weights stay;
-///   3. cells that are too coarse are split to 2 × 2, then 1 × 1, with a solve between;
-///   4. robust polish by Ceres with a local scale; twicing against the smoothing's bias.
+///   3. samples with oblique rays are weighed by how far noise along the ray moves the radius;
+///   4. cells that are too coarse are split to 2 × 2, then 1 × 1, with a solve between;
+///   5. robust polish by Ceres with a local scale; twicing against the smoothing's bias.
 [[nodiscard]] Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& context);
 
 }  // namespace annulus

@@ -93,6 +93,7 @@ void Join(const FitSummary& part, FitSummary& all) {
   all.coefficients += part.coefficients;
   all.effective_parameters += part.effective_parameters;
   all.times.screening_s += part.times.screening_s;
+  all.times.smoothing_s += part.times.smoothing_s;
   all.times.solve_s += part.times.solve_s;
   all.times.polish_s += part.times.polish_s;
   all.times.knowledge_s += part.times.knowledge_s;

@@ -1,7 +1,6 @@
 #include "fitting/fit_surface.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -11,6 +10,7 @@
 #include "fitting/adaptive_fit.h"
 #include "fitting/cell_grid.h"
 #include "fitting/paper_fit.h"
+#include "fitting/stopwatch.h"
 #include "fitting/uniform_fit.h"
 
 namespace annulus {
@@ -19,20 +19,6 @@ namespace {
 constexpr std::size_t kMinLevels = 8;
 constexpr std::size_t kMinSamples = 100;
 constexpr double kSmallestNoise = 1e-3;  // mm; a scan without noise is fitted as if it had this much
-
-/// Seconds since it was made or last asked.
-class Stopwatch {
- public:
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 Status CheckEnough(const SampleGrid& grid, std::span<const SampleVerdict> verdicts) {
   const std::string attempted = "fit a surface";
@@ -74,6 +60,7 @@ void FillSummary(std::span<const SurfaceSample> samples, Screening& screening, F
 void DescribeAdaptive(const AdaptiveFit& fit, FitSummary& summary) {
   summary.lambda_theta = fit.smoothing.theta;
   summary.lambda_z = fit.smoothing.z;
+  summary.edges = fit.edges;
   summary.effective_parameters = EffectiveParameters(*fit.system, *fit.factor, fit.factors());
   const Eigen::VectorXd residuals = fit.system->Residuals(fit.coefficients);
   double weighted_squares = 0.0;
@@ -163,7 +150,9 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   }
   auto fit = FitAdaptive(input, context);
   if (!fit) return Fail(fit);
-  summary.times.solve_s = watch.Lap();
+  summary.times.polish_s = fit->polish_s;
+  summary.times.smoothing_s = fit->smoothing_s;
+  summary.times.solve_s = watch.Lap() - fit->polish_s - fit->smoothing_s;
 
   context.Report("fitting", 0.9, 1.0);
   DescribeAdaptive(*fit, summary);

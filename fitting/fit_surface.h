@@ -10,6 +10,7 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "base/surface_sample.h"
+#include "fitting/edge_regions.h"
 #include "fitting/paper_model.h"
 #include "fitting/sample_screening.h"
 #include "fitting/section_topology.h"
@@ -48,6 +49,7 @@ struct RejectedSample {
 /// Seconds spent per stage.
 struct FitTimes {
   double screening_s = 0.0;
+  double smoothing_s = 0.0;  ///< Cross-validation.
   double solve_s = 0.0;
   double polish_s = 0.0;
   double knowledge_s = 0.0;
@@ -69,11 +71,13 @@ struct FitSummary {
   /// segments, or kNoSegment if it was rejected or left out. Empty: the first segment holds all that is not rejected.
   std::vector<std::uint8_t> segment_of_sample;
   std::size_t coefficients = 0;
-  double noise_sigma_mm = 0.0;        ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
-  double rms_mm = 0.0;                ///< RMS residual of the used samples.
-  double lambda = 0.0;                ///< Thin-plate weight chosen by GCV for the pilot, mm².
-  double lambda_theta = 0.0;          ///< kUniform: weight of a squared second difference around, in samples of a cell.
-  double lambda_z = 0.0;              ///< The same upwards.
+  std::vector<EdgeRegion> edges;  ///< Where the smoothing was broken, largest first.
+  double noise_sigma_mm = 0.0;    ///< Sd of a return about the surface: sqrt(RSS / (used - effective parameters)).
+  double rms_mm = 0.0;            ///< RMS residual of the used samples.
+  /// Smoothing around and upwards. kUniform: weight of a squared second difference, in samples of a cell; kAdaptive:
+  /// factors on the local weights; kPaper: λ of eq. 2.4.
+  double lambda_theta = 0.0;
+  double lambda_z = 0.0;
   double effective_parameters = 0.0;  ///< Trace of the hat matrix (Hutchinson estimate, fixed seed).
   double cost_start = 0.0;            ///< Robust cost before and after the polish.
   double cost_end = 0.0;

@@ -283,7 +283,8 @@ void FillSummary(std::span<const SurfaceSample> samples, Screening& screening,
   const auto used = static_cast<double>(summary.used);
   summary.rms_mm = std::sqrt(squares / std::max(1.0, used));
   summary.noise_sigma_mm = std::sqrt(squares / std::max(1.0, used - summary.effective_parameters));
-  summary.lambda = paper.report.around.lambda;
+  summary.lambda_theta = paper.report.around.lambda;
+  summary.lambda_z = paper.report.along.lambda;
   summary.cost_start = paper.report.around.cost_by_rule;
   summary.cost_end = paper.report.around.cost_moved;
   summary.iterations = paper.report.around.iterations + paper.report.along.iterations;

@@ -150,7 +150,7 @@ SplineSystem::SplineSystem(const HierarchicalSpline& basis, const UsedSamples& u
     const std::vector<double>& z = level.z.breakpoints();
     row.z = (s.z - z[leaf.z_cell]) / (z[leaf.z_cell + 1] - z[leaf.z_cell]);
     row.radius = s.radius;
-    row.weight = s.weight;
+    row.weight = used.weights.empty() ? s.weight : used.weights[row.sample];
     row.cell = static_cast<std::uint32_t>(cells.IndexOf(s));
   }
 

@@ -66,6 +66,18 @@ Json RegionToJson(const SectionRegion& region) {
           {"outcome", region.outcome}};
 }
 
+Json EdgesToJson(const std::vector<EdgeRegion>& edges) {
+  Json json = Json::array();
+  for (const EdgeRegion& edge : edges) {
+    json.push_back({{"theta_from_deg", DegreesFromRadians(edge.theta_from)},
+                    {"theta_to_deg", DegreesFromRadians(edge.theta_to)},
+                    {"z_min_mm", edge.z_min},
+                    {"z_max_mm", edge.z_max},
+                    {"cells", edge.cells}});
+  }
+  return json;
+}
+
 /// Rows of a residual map: as many as leave hardly a row without a level, at most `most`.
 Eigen::Index RowsFor(const std::vector<SurfaceSample>& samples, double height, Eigen::Index most) {
   std::map<std::pair<std::uint16_t, std::uint32_t>, double> levels;  // any height of each level
@@ -156,6 +168,7 @@ Json FitReport(const ScanFit& fit) {
   Json report{{"termination", s.termination},
               {"time_s",
                {{"screening", s.times.screening_s},
+                {"smoothing", s.times.smoothing_s},
                 {"solve", s.times.solve_s},
                 {"polish", s.times.polish_s},
                 {"knowledge", s.times.knowledge_s},
@@ -168,12 +181,13 @@ Json FitReport(const ScanFit& fit) {
               {"effective_parameters", s.effective_parameters},
               {"rms_mm", s.rms_mm},
               {"noise_sigma_mm", s.noise_sigma_mm},
-              {"lambda_mm2", s.lambda},
+              {"smoothing", {{"theta", s.lambda_theta}, {"z", s.lambda_z}}},
               {"cost_start", s.cost_start},
               {"cost_end", s.cost_end},
               {"iterations", s.iterations},
               {"segments", segments},
               {"regions", regions},
+              {"edges", EdgesToJson(s.edges)},
               {"foreground", foreground},
               {"rejected", rejected}};
   if (s.paper) {
