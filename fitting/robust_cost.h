@@ -1,8 +1,5 @@
 #pragma once
 
-#include <ceres/first_order_function.h>
-#include <ceres/loss_function.h>
-
 #include <Eigen/Core>
 #include <span>
 #include <vector>
@@ -17,8 +14,13 @@ inline constexpr double kHuberWidth = 5.0;
 /// The robust cost ½ Σ w_k s_k² ρ((y_k − B_k c)²/(σ s_k)²) + ½ cᵀPc, less its quadratic minimum, as a function of y
 /// with c = c0 + A^{-1/2} y: A is the quadratic problem's matrix, factored by `factor`, and c0 its solution `start`.
 /// There the quadratic part is ½‖y‖², and only samples in the linear part of the loss add to it. Borrows all.
-class RobustCost final : public ceres::FirstOrderFunction {
+class RobustCost {
  public:
+  struct Value {
+    double cost = 0.0;
+    Eigen::VectorXd gradient;
+  };
+
   /// `scales` s_k >= 1, one per row of the system.
   RobustCost(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
              std::span<const double> scales)
@@ -26,8 +28,8 @@ class RobustCost final : public ceres::FirstOrderFunction {
 
   /// c at y.
   [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const;
-  bool Evaluate(const double* parameters, double* cost, double* gradient) const override;
-  [[nodiscard]] int NumParameters() const override { return static_cast<int>(start_.size()); }
+  [[nodiscard]] Value At(const Eigen::VectorXd& y) const;
+  [[nodiscard]] int size() const { return static_cast<int>(start_.size()); }
   /// ρ' of every row: its weight in the equivalent least-squares problem.
   [[nodiscard]] std::vector<double> Factors(const Eigen::VectorXd& residuals) const;
 
@@ -36,7 +38,6 @@ class RobustCost final : public ceres::FirstOrderFunction {
   const FrontalCholesky& factor_;
   const Eigen::VectorXd& start_;
   std::span<const double> scales_;
-  ceres::HuberLoss loss_{kHuberWidth};
 };
 
 }  // namespace annulus
