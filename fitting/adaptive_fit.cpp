@@ -66,12 +66,11 @@ struct Refinement {
   }
 };
 
-Result<AdaptiveFit> Solve(const FitInput& input, const Refinement& refinement, RoughnessWeights weights,
-                          std::span<const float> sample_weights) {
+Result<AdaptiveFit> Solve(const FitInput& input, const UsedSamples& used, const Refinement& refinement,
+                          RoughnessWeights weights) {
   AdaptiveFit fit;
   fit.basis = refinement.Basis();
-  fit.system = std::make_unique<const SplineSystem>(
-      *fit.basis, UsedSamples{input.samples, input.use, input.noise, sample_weights}, input.cells);
+  fit.system = std::make_unique<const SplineSystem>(*fit.basis, used, input.cells);
   fit.weights = std::move(weights);
   fit.tree = std::make_shared<const EliminationTree>(*fit.basis);
   fit.factor = fit.system->Factor(fit.tree, fit.weights, {});
@@ -126,8 +125,16 @@ std::span<const double> AdaptiveFit::factors() const {
 Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& context) {
   Refinement refinement(input.cells);
   const RoughnessPrior prior(input.cells, input.noise);
-  auto fit = Solve(input, refinement, prior.OfData(), {});
+  UsedSamples used{input.samples, input.use, input.noise, {}};
+  auto fit = Solve(input, used, refinement, prior.OfData());
   if (!fit) return fit;
+  std::vector<std::uint32_t> lone = LoneSamples(input, *fit->system, fit->system->Residuals(fit->coefficients));
+  if (!lone.empty()) {
+    for (const std::uint32_t k : lone) used.use[k] = 0;
+    std::sort(lone.begin(), lone.end());
+    fit = Solve(input, used, refinement, prior.OfData());
+    if (!fit) return fit;
+  }
 
   context.Report("fitting", 0.3, 1.0);
   std::vector<char> unresolved = Unresolved(input, *fit);
@@ -135,17 +142,17 @@ Result<AdaptiveFit> FitAdaptive(const FitInput& input, const TaskContext& contex
   const RoughnessWeights weights = ChooseWeights(prior, *fit, unresolved);
   const double smoothing_s = watch.Lap();
   const DirectionalSmoothing smoothing = fit->smoothing;
-  std::vector<float> sample_weights;
-  if (HasObliqueRays(input)) sample_weights = RayWeights(input, fit->basis->Surface(fit->coefficients));
+  if (HasObliqueRays(input)) used.weights = RayWeights(input, fit->basis->Surface(fit->coefficients));
   for (std::size_t split = 0; split < kSplits; ++split) {
     context.Report("fitting", 0.4 + 0.2 * static_cast<double>(split), 1.0);
     for (std::size_t level = 0; level <= split; ++level) refinement.Split(level, input.cells, unresolved);
     *fit = {};  // its memory first
-    fit = Solve(input, refinement, weights, sample_weights);
+    fit = Solve(input, used, refinement, weights);
     if (!fit) return fit;
     if (split + 1 < kSplits) unresolved = Unresolved(input, *fit);
   }
   fit->smoothing = smoothing;
+  fit->lone_samples = std::move(lone);
   fit->edges = FindEdgeRegions(input.cells, prior.Edges());
   context.Report("fitting", 0.8, 1.0);
   fit->smoothing_s = smoothing_s;

@@ -17,8 +17,9 @@ struct AdaptiveFit {
   std::unique_ptr<const HierarchicalSpline> basis;
   std::unique_ptr<const SplineSystem> system;  ///< Borrows the basis and the input.
   std::shared_ptr<const EliminationTree> tree;
-  std::optional<FrontalCholesky> factor;  ///< Of the system matrix with the final weights and factors.
-  RoughnessWeights weights;               ///< Scaled by `smoothing`.
+  std::optional<FrontalCholesky> factor;    ///< Of the system matrix with the final weights and factors.
+  std::vector<std::uint32_t> lone_samples;  ///< Left out by the fit itself, see LoneSamples; ascending.
+  RoughnessWeights weights;                 ///< Scaled by `smoothing`.
   DirectionalSmoothing smoothing;
   std::vector<EdgeRegion> edges;  ///< Where the penalty is broken.
   double smoothing_s = 0.0;       ///< Seconds that the cross-validation took, and the polish with twicing.
@@ -31,9 +32,8 @@ struct AdaptiveFit {
 };
 
 /// Local smoothing on a hierarchy that is refined where the residuals are not noise:
-///   1. a spline over 4 × 4 cells with weights from the data's second differences; where its residuals are not noise,
-///   it
-///      is too coarse;
+///   1. a spline over 4 × 4 cells with weights from the data's second differences; samples that stand alone against it
+///      are left out; where its residuals are not noise, it is too coarse;
 ///   2. where it is not, weights from that surface's own second differences, whose strength each way is chosen by
 ///      cross-validation; elsewhere the data's weights stay;
 ///   3. samples with oblique rays are weighed by how far noise along the ray moves the radius;

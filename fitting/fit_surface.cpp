@@ -57,6 +57,14 @@ void FillSummary(std::span<const SurfaceSample> samples, Screening& screening, F
   summary.foreground = std::move(screening.foreground);
 }
 
+/// More outliers, found against the surface.
+void AddRejected(std::span<const std::uint32_t> lone, FitSummary& summary) {
+  for (const std::uint32_t k : lone) summary.rejected.push_back({k, SampleVerdict::kOutlier});
+  std::sort(summary.rejected.begin(), summary.rejected.end(),
+            [](const RejectedSample& a, const RejectedSample& b) { return a.index < b.index; });
+  summary.used = summary.samples - summary.rejected.size();
+}
+
 void DescribeAdaptive(const AdaptiveFit& fit, FitSummary& summary) {
   summary.lambda_theta = fit.smoothing.theta;
   summary.lambda_z = fit.smoothing.z;
@@ -156,6 +164,7 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
 
   context.Report("fitting", 0.9, 1.0);
   DescribeAdaptive(*fit, summary);
+  AddRejected(fit->lone_samples, summary);
   SurfaceSegment segment{"body",           fit->basis->Surface(fit->coefficients), KnowledgeMap(), {}, nullptr,
                          fit->coefficients};
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);

@@ -125,6 +125,19 @@ std::vector<double> LocalScales(const FitInput& input, const SplineSystem& syste
   return scales;
 }
 
+std::vector<std::uint32_t> LoneSamples(const FitInput& input, const SplineSystem& system,
+                                       const Eigen::VectorXd& residuals) {
+  constexpr double kFarOff = 5.0;      // mm
+  constexpr double kManyScales = 8.0;  // of the residuals around
+  std::vector<std::uint32_t> lone;
+  const std::vector<double> scales = LocalScales(input, system, residuals);
+  for (std::size_t k = 0; k < system.rows().size(); ++k) {
+    const double size = std::abs(residuals[static_cast<Eigen::Index>(k)]);
+    if (size > kFarOff && size > kManyScales * scales[k] * input.noise) lone.push_back(system.rows()[k].sample);
+  }
+  return lone;
+}
+
 std::vector<char> UnresolvedCells(const FitInput& input, const ResidualMaps& residuals) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kHalves{{{0, 0}, {1, 1}, {0, 2}, {2, 0}, {0, 1}, {1, 0}}};
   const CellGrid& cells = input.cells;

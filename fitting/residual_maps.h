@@ -24,6 +24,11 @@ struct ResidualMaps {
 [[nodiscard]] std::vector<double> LocalScales(const FitInput& input, const SplineSystem& system,
                                               const Eigen::VectorXd& residuals);
 
+/// Samples (indices into the input's) that stand alone against a fitted surface: more than 5 mm and 8 local scales off.
+/// The screening by neighbourhood cannot see these on steep ground, where the neighbours' radii differ by more.
+[[nodiscard]] std::vector<std::uint32_t> LoneSamples(const FitInput& input, const SplineSystem& system,
+                                                     const Eigen::VectorXd& residuals);
+
 /// Flags of cells in which the residuals are not noise: in some window around (1 × 1 to 5 × 5 cells) that has data
 /// their sum is more than 3.2 standard deviations (more on scans of very many cells). Cells without data are never
 /// flagged: nothing is resolved in a hole.

@@ -34,9 +34,9 @@ struct SampleRow {
 /// The samples that a fit uses and how noisy they are. Borrows the samples.
 struct UsedSamples {
   std::span<const SurfaceSample> samples;
-  const std::vector<char>& use;      ///< One flag per sample.
-  double noise_sigma = 0.0;          ///< mm, > 0
-  std::span<const float> weights{};  ///< One per sample, instead of their own; empty: their own.
+  std::vector<char> use;         ///< One flag per sample.
+  double noise_sigma = 0.0;      ///< mm, > 0
+  std::vector<float> weights{};  ///< One per sample, instead of their own; empty: their own.
 };
 
 /// The linear smoothing problem  min_c Σ w_k (y_k − B_k c)²/σ² + cᵀ P c  over the active coefficients of one surface,

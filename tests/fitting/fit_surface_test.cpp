@@ -168,6 +168,21 @@ TEST(FitSurface, SaysWhatADeadBoardDidNotSee) {
   }
 }
 
+TEST(FitSurface, FindsAnOutlierOnSteepGround) {
+  // 15 mm from level to level: 20 mm off is within what the 24 neighbours span, so only the surface gives it away.
+  ScanShape shape;
+  shape.noise = 0.3;
+  std::vector<SurfaceSample> samples = SyntheticScan([](double, double z) { return 60.0 + 3.0 * z; }, shape);
+  const std::size_t wild = 30U * shape.sensors + 17U;
+  samples[wild].radius -= 20.0;
+  const auto fit = Fit(samples);
+  ASSERT_TRUE(fit.has_value()) << fit.error().Text();
+  ASSERT_EQ(fit->summary.rejected.size(), 1U);
+  EXPECT_EQ(fit->summary.rejected[0].index, wild);
+  EXPECT_EQ(fit->summary.rejected[0].reason, SampleVerdict::kOutlier);
+  EXPECT_EQ(fit->summary.used, samples.size() - 1);
+}
+
 TEST(FitSurface, BridgesTenMissingLevels) {
   ScanShape shape;
   shape.noise = 0.2;
