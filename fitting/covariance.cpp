@@ -5,6 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "fitting/elimination_tree.h"
+#include "fitting/frontal_cholesky.h"
+#include "fitting/frontal_inverse.h"
+
 namespace annulus {
 namespace {
 
@@ -80,9 +84,64 @@ class SelectedInverse {
 
 }  // namespace
 
-struct SurfaceCovariance::Factor {
-  Ldlt ldlt;
-  std::unique_ptr<const SelectedInverse> inverse;
+/// A factor of A, either of two kinds.
+class SurfaceCovariance::Factor {
+ public:
+  Factor() = default;
+  Factor(const Factor&) = delete;
+  Factor& operator=(const Factor&) = delete;
+  virtual ~Factor() = default;
+  [[nodiscard]] virtual Eigen::Index size() const = 0;
+  /// A⁻¹ b.
+  [[nodiscard]] virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) const = 0;
+  /// gᵀA⁻¹g from entries of A⁻¹; nothing if one that is needed lies off the pattern.
+  [[nodiscard]] virtual std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) = 0;
+};
+
+/// For any matrix.
+class SurfaceCovariance::SimplicialFactor final : public Factor {
+ public:
+  explicit SimplicialFactor(const Eigen::SparseMatrix<double>& upper) { ldlt_.compute(upper); }
+
+  [[nodiscard]] bool sound() const { return ldlt_.info() == Eigen::Success && (ldlt_.vectorD().array() > 0.0).all(); }
+  [[nodiscard]] Eigen::Index size() const override { return ldlt_.rows(); }
+  [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return ldlt_.solve(b); }
+  [[nodiscard]] std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) override {
+    if (!inverse_) inverse_.emplace(ldlt_);
+    const auto& order = ldlt_.permutationP().indices();
+    double variance = 0.0;
+    for (const CoefficientWeight& a : gradient) {
+      for (const CoefficientWeight& b : gradient) {
+        if (a.weight == 0.0 || b.weight == 0.0) continue;
+        const auto entry =
+            inverse_->At(order[static_cast<Eigen::Index>(a.index)], order[static_cast<Eigen::Index>(b.index)]);
+        if (!entry) return std::nullopt;
+        variance += a.weight * b.weight * *entry;
+      }
+    }
+    return std::max(variance, 0.0);
+  }
+
+ private:
+  Ldlt ldlt_;
+  std::optional<SelectedInverse> inverse_;
+};
+
+/// For the active coefficients of a hierarchical spline.
+class SurfaceCovariance::FrontFactor final : public Factor {
+ public:
+  explicit FrontFactor(FrontalCholesky factor) : factor_(std::move(factor)) {}
+
+  [[nodiscard]] Eigen::Index size() const override { return factor_.size(); }
+  [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return factor_.Solve(b); }
+  [[nodiscard]] std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) override {
+    if (!inverse_) inverse_.emplace(factor_);
+    return inverse_->Variance(gradient);
+  }
+
+ private:
+  FrontalCholesky factor_;
+  std::optional<FrontalInverse> inverse_;
 };
 
 SurfaceCovariance::SurfaceCovariance(std::unique_ptr<Factor> factor) : factor_(std::move(factor)) {}
@@ -91,39 +150,30 @@ SurfaceCovariance& SurfaceCovariance::operator=(SurfaceCovariance&&) noexcept = 
 SurfaceCovariance::~SurfaceCovariance() = default;
 
 Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::SparseMatrix<double>& upper) {
-  auto factor = std::make_unique<Factor>();
-  factor->ldlt.compute(upper);
-  const bool sound = factor->ldlt.info() == Eigen::Success && (factor->ldlt.vectorD().array() > 0.0).all();
-  if (!sound) {
+  auto factor = std::make_unique<SimplicialFactor>(upper);
+  if (!factor->sound()) {
     return Fail("compute the model's uncertainty", "its normal matrix is not positive definite", "fit the scan again");
   }
   return SurfaceCovariance(std::move(factor));
 }
 
+Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::SparseMatrix<double>& upper,
+                                                              const HierarchicalSpline& basis) {
+  auto factor = FrontalCholesky::Factor(std::make_shared<const EliminationTree>(basis), upper);
+  if (!factor) return FromNormalMatrix(upper);  // it has entries of its own, or says what is wrong
+  return SurfaceCovariance(std::make_unique<FrontFactor>(std::move(*factor)));
+}
+
 double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
-  return gradient.dot(factor_->ldlt.solve(gradient));
+  return gradient.dot(factor_->Solve(gradient));
 }
 
 double SurfaceCovariance::LocalVariance(std::span<const CoefficientWeight> gradient) const {
+  if (const std::optional<double> variance = factor_->LocalVariance(gradient)) return *variance;
   // A matrix from a file may have fewer entries than the surface couples: then A⁻¹g is solved for.
-  const auto dense_of = [this](std::span<const CoefficientWeight> entries) {
-    Eigen::VectorXd dense = Eigen::VectorXd::Zero(factor_->ldlt.rows());
-    for (const CoefficientWeight& entry : entries) dense[static_cast<Eigen::Index>(entry.index)] += entry.weight;
-    return dense;
-  };
-  if (factor_->inverse == nullptr) factor_->inverse = std::make_unique<SelectedInverse>(factor_->ldlt);
-  const auto& order = factor_->ldlt.permutationP().indices();
-  double variance = 0.0;
-  for (const CoefficientWeight& a : gradient) {
-    for (const CoefficientWeight& b : gradient) {
-      if (a.weight == 0.0 || b.weight == 0.0) continue;
-      const auto entry =
-          factor_->inverse->At(order[static_cast<Eigen::Index>(a.index)], order[static_cast<Eigen::Index>(b.index)]);
-      if (!entry) return Variance(dense_of(gradient));
-      variance += a.weight * b.weight * *entry;
-    }
-  }
-  return std::max(variance, 0.0);
+  Eigen::VectorXd dense = Eigen::VectorXd::Zero(factor_->size());
+  for (const CoefficientWeight& entry : gradient) dense[static_cast<Eigen::Index>(entry.index)] += entry.weight;
+  return Variance(dense);
 }
 
 }  // namespace annulus

@@ -9,6 +9,8 @@
 
 namespace annulus {
 
+class HierarchicalSpline;
+
 /// One entry of a sparse gradient.
 struct CoefficientWeight {
   std::size_t index = 0;
@@ -20,6 +22,10 @@ class SurfaceCovariance {
  public:
   /// Factorises the upper triangle of a symmetric positive definite matrix. Fails if it is not.
   static Result<SurfaceCovariance> FromNormalMatrix(const Eigen::SparseMatrix<double>& upper);
+  /// The same for the active coefficients of a hierarchical spline: by its elimination tree, several times faster.
+  /// Borrows the spline only during the call.
+  static Result<SurfaceCovariance> FromNormalMatrix(const Eigen::SparseMatrix<double>& upper,
+                                                    const HierarchicalSpline& basis);
 
   SurfaceCovariance(SurfaceCovariance&&) noexcept;
   SurfaceCovariance& operator=(SurfaceCovariance&&) noexcept;
@@ -34,7 +40,9 @@ class SurfaceCovariance {
   [[nodiscard]] double LocalVariance(std::span<const CoefficientWeight> gradient) const;
 
  private:
-  struct Factor;
+  class Factor;
+  class SimplicialFactor;
+  class FrontFactor;
   explicit SurfaceCovariance(std::unique_ptr<Factor> factor);
   std::unique_ptr<Factor> factor_;
 };

@@ -118,9 +118,10 @@ void EliminationTree::NumberCoefficients(const HierarchicalSpline& basis) {
     ++nodes_[owner[c]].own_count;
   }
   std::uint32_t next = 0;
-  for (EliminationNode& node : nodes_) {
-    node.own_first = next;
-    next += node.own_count;
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    nodes_[n].own_first = next;
+    next += nodes_[n].own_count;
+    owner_.insert(owner_.end(), nodes_[n].own_count, static_cast<std::uint32_t>(n));
   }
   std::vector<std::uint32_t> taken(nodes_.size(), 0);
   position_.resize(basis.size());
@@ -165,6 +166,15 @@ void EliminationTree::CollectBoundaries(const HierarchicalSpline& basis) {
       }
     }
   }
+}
+
+std::optional<std::size_t> EliminationTree::PlaceInFront(const EliminationNode& node, std::uint32_t position) const {
+  if (position < node.own_first) return std::nullopt;
+  if (position < node.own_first + node.own_count) return position - node.own_first;
+  const std::span<const std::uint32_t> boundary = Boundary(node);
+  const auto found = std::lower_bound(boundary.begin(), boundary.end(), position);
+  if (found == boundary.end() || *found != position) return std::nullopt;
+  return node.own_count + static_cast<std::size_t>(found - boundary.begin());
 }
 
 }  // namespace annulus

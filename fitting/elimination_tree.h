@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,8 @@ class EliminationTree {
   [[nodiscard]] const std::vector<EliminationNode>& nodes() const { return nodes_; }
   /// Position of every active coefficient in the order of elimination.
   [[nodiscard]] const std::vector<std::uint32_t>& position() const { return position_; }
+  /// The node that owns each position.
+  [[nodiscard]] const std::vector<std::uint32_t>& owner() const { return owner_; }
   /// Spline leaves in the order of the tree's parts.
   [[nodiscard]] const std::vector<std::uint32_t>& leaf_order() const { return leaf_order_; }
   /// Positions of a node's boundary coefficients, ascending; all come after its own.
@@ -41,6 +44,8 @@ class EliminationTree {
   [[nodiscard]] std::span<const std::uint32_t> PlaceInParent(const EliminationNode& node) const {
     return std::span(place_in_parent_).subspan(node.boundary_first, node.boundary_count);
   }
+  /// Place of a position in a node's front; nothing if it is not there.
+  [[nodiscard]] std::optional<std::size_t> PlaceInFront(const EliminationNode& node, std::uint32_t position) const;
 
  private:
   struct Part;
@@ -51,6 +56,7 @@ class EliminationTree {
 
   std::vector<EliminationNode> nodes_;
   std::vector<std::uint32_t> position_;
+  std::vector<std::uint32_t> owner_;
   std::vector<std::uint32_t> leaf_order_;
   std::vector<std::uint32_t> boundary_;
   std::vector<std::uint32_t> place_in_parent_;

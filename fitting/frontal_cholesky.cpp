@@ -109,47 +109,87 @@ class LeafAdder {
 
 }  // namespace
 
-std::optional<FrontalCholesky> FrontalCholesky::Factor(std::shared_ptr<const EliminationTree> tree,
-                                                       const HierarchicalSpline& basis, const LeafMatrix& leaf_matrix,
-                                                       double ridge) {
-  FrontalCholesky factor;
-  factor.size_ = static_cast<Eigen::Index>(basis.size());
+FrontalCholesky::FrontalCholesky(std::shared_ptr<const EliminationTree> tree)
+    : tree_(std::move(tree)), size_(static_cast<Eigen::Index>(tree_->position().size())) {
   std::size_t total = 0;
-  for (const EliminationNode& node : tree->nodes()) {
-    factor.panel_first_.push_back(total);
+  for (const EliminationNode& node : tree_->nodes()) {
+    panel_first_.push_back(total);
     total += PanelStride(node) * node.own_count;
-    factor.largest_boundary_ = std::max(factor.largest_boundary_, static_cast<Eigen::Index>(node.boundary_count));
+    largest_boundary_ = std::max(largest_boundary_, static_cast<Eigen::Index>(node.boundary_count));
   }
-  factor.panels_.assign(total + kFrontLanes, 0.0);
+  panels_.assign(total + kFrontLanes, 0.0);
+}
 
+template <class AddLeaves>
+bool FrontalCholesky::Eliminate(AddLeaves add_leaves) {
   Stack stack;
-  LeafAdder leaves(*tree, basis);
-  for (std::size_t n = 0; n < tree->nodes().size(); ++n) {
-    const EliminationNode& node = tree->nodes()[n];
+  for (std::size_t n = 0; n < tree_->nodes().size(); ++n) {
+    const EliminationNode& node = tree_->nodes()[n];
     double* rest = stack.Push(RestStride(node) * node.boundary_count + kFrontLanes);
-    const Front front{factor.Panel(n), PanelStride(node), node.own_count, rest, RestStride(node)};
+    const Front front{Panel(n), PanelStride(node), node.own_count, rest, RestStride(node)};
     if (node.left < 0) {
-      leaves.Add(node, leaf_matrix, front);
+      add_leaves(node, front);
     } else {
-      AddChild(*tree, tree->nodes()[static_cast<std::size_t>(node.left)], stack.FromTop(3), front);
-      AddChild(*tree, tree->nodes()[static_cast<std::size_t>(node.right)], stack.FromTop(2), front);
+      AddChild(*tree_, tree_->nodes()[static_cast<std::size_t>(node.left)], stack.FromTop(3), front);
+      AddChild(*tree_, tree_->nodes()[static_cast<std::size_t>(node.right)], stack.FromTop(2), front);
     }
-    for (std::size_t k = 0; k < node.own_count; ++k) front.At(k, k) += ridge;
     if (!EliminateFront(front.panel, front.panel_stride, node.own_count + node.boundary_count, node.own_count,
                         front.rest, front.rest_stride)) {
-      return std::nullopt;
+      return false;
     }
     stack.DropBelowTop(node.left < 0 ? 0 : 2);
   }
-  factor.tree_ = std::move(tree);
+  return true;
+}
+
+std::optional<FrontalCholesky> FrontalCholesky::Factor(std::shared_ptr<const EliminationTree> tree,
+                                                       const HierarchicalSpline& basis, const LeafMatrix& leaf_matrix,
+                                                       double ridge) {
+  FrontalCholesky factor(std::move(tree));
+  for (std::size_t n = 0; n < factor.tree_->nodes().size(); ++n) {
+    const EliminationNode& node = factor.tree_->nodes()[n];
+    for (std::size_t k = 0; k < node.own_count; ++k) factor.Panel(n)[k * PanelStride(node) + k] = ridge;
+  }
+  LeafAdder leaves(*factor.tree_, basis);
+  if (!factor.Eliminate(
+          [&](const EliminationNode& node, const Front& front) { leaves.Add(node, leaf_matrix, front); })) {
+    return std::nullopt;
+  }
   return factor;
 }
 
-template <class Columns>
-Columns FrontalCholesky::Lower(const Columns& b) const {
-  Columns y(size_, b.cols());
+std::optional<FrontalCholesky> FrontalCholesky::Factor(std::shared_ptr<const EliminationTree> tree,
+                                                       const Eigen::SparseMatrix<double>& upper) {
+  FrontalCholesky factor(std::move(tree));
+  const EliminationTree& order = *factor.tree_;
+  if (upper.cols() != factor.size_ || upper.rows() != factor.size_) return std::nullopt;
+  for (Eigen::Index column = 0; column < upper.cols(); ++column) {
+    for (Eigen::SparseMatrix<double>::InnerIterator entry(upper, column); entry; ++entry) {
+      const auto [first, last] = std::minmax(order.position()[static_cast<std::size_t>(entry.row())],
+                                             order.position()[static_cast<std::size_t>(column)]);
+      const std::size_t n = order.owner()[first];
+      const EliminationNode& node = order.nodes()[n];
+      const std::optional<std::size_t> row = order.PlaceInFront(node, last);
+      if (!row) return std::nullopt;
+      factor.Panel(n)[(first - node.own_first) * PanelStride(node) + *row] += entry.value();
+    }
+  }
+  if (!factor.Eliminate([](const EliminationNode&, const Front&) {})) return std::nullopt;
+  return factor;
+}
+
+FrontalCholesky::Columns FrontalCholesky::ColumnsOf(std::size_t n) const {
+  const EliminationNode& node = tree_->nodes()[n];
+  return {Panel(n), static_cast<Eigen::Index>(node.own_count + node.boundary_count),
+          static_cast<Eigen::Index>(node.own_count),
+          Eigen::OuterStride<>(static_cast<Eigen::Index>(PanelStride(node)))};
+}
+
+template <class Right>
+Right FrontalCholesky::Lower(const Right& b) const {
+  Right y(size_, b.cols());
   for (Eigen::Index c = 0; c < size_; ++c) y.row(tree_->position()[static_cast<std::size_t>(c)]) = b.row(c);
-  Columns scratch(largest_boundary_, b.cols());
+  Right scratch(largest_boundary_, b.cols());
   for (std::size_t n = 0; n < tree_->nodes().size(); ++n) {
     const EliminationNode& node = tree_->nodes()[n];
     const auto own = static_cast<Eigen::Index>(node.own_count);
@@ -171,10 +211,10 @@ Columns FrontalCholesky::Lower(const Columns& b) const {
   return y;
 }
 
-template <class Columns>
-Columns FrontalCholesky::Upper(const Columns& y) const {
-  Columns x = y;
-  Columns scratch(largest_boundary_, y.cols());
+template <class Right>
+Right FrontalCholesky::Upper(const Right& y) const {
+  Right x = y;
+  Right scratch(largest_boundary_, y.cols());
   for (std::size_t n = tree_->nodes().size(); n-- > 0;) {
     const EliminationNode& node = tree_->nodes()[n];
     const auto own = static_cast<Eigen::Index>(node.own_count);
@@ -192,7 +232,7 @@ Columns FrontalCholesky::Upper(const Columns& y) const {
       inside.row(k) /= column[k];
     }
   }
-  Columns unordered(size_, y.cols());
+  Right unordered(size_, y.cols());
   for (Eigen::Index c = 0; c < size_; ++c) unordered.row(c) = x.row(tree_->position()[static_cast<std::size_t>(c)]);
   return unordered;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -30,6 +31,10 @@ class FrontalCholesky {
   [[nodiscard]] static std::optional<FrontalCholesky> Factor(std::shared_ptr<const EliminationTree> tree,
                                                              const HierarchicalSpline& basis,
                                                              const LeafMatrix& leaf_matrix, double ridge);
+  /// Factors a matrix that is already summed, by its upper triangle. Nothing if it is not positive definite or couples
+  /// coefficients that share no leaf.
+  [[nodiscard]] static std::optional<FrontalCholesky> Factor(std::shared_ptr<const EliminationTree> tree,
+                                                             const Eigen::SparseMatrix<double>& upper);
 
   [[nodiscard]] Eigen::Index size() const { return size_; }
   /// A⁻¹ b.
@@ -41,16 +46,23 @@ class FrontalCholesky {
   [[nodiscard]] Eigen::VectorXd SolveLower(const Eigen::VectorXd& b) const;
   /// Pᵀ L⁻ᵀ y, for y in the order of elimination.
   [[nodiscard]] Eigen::VectorXd SolveUpper(const Eigen::VectorXd& y) const;
+  [[nodiscard]] const std::shared_ptr<const EliminationTree>& shared_tree() const { return tree_; }
+  /// The own columns of a node's front: rows are its own, then its boundary coefficients; lower part.
+  using Columns = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+  [[nodiscard]] Columns ColumnsOf(std::size_t node) const;
   /// Numbers stored.
   [[nodiscard]] std::size_t stored() const { return panels_.size(); }
 
  private:
-  FrontalCholesky() = default;
+  explicit FrontalCholesky(std::shared_ptr<const EliminationTree> tree);  ///< All columns zero.
+  /// Eliminates node by node; `add_leaves(node, front)` is called for nodes without children.
+  template <class AddLeaves>
+  [[nodiscard]] bool Eliminate(AddLeaves add_leaves);
   /// One right side or four, by rows.
-  template <class Columns>
-  [[nodiscard]] Columns Lower(const Columns& b) const;
-  template <class Columns>
-  [[nodiscard]] Columns Upper(const Columns& y) const;
+  template <class Right>
+  [[nodiscard]] Right Lower(const Right& b) const;
+  template <class Right>
+  [[nodiscard]] Right Upper(const Right& y) const;
   [[nodiscard]] double* Panel(std::size_t node) { return panels_.data() + panel_first_[node]; }
   [[nodiscard]] const double* Panel(std::size_t node) const { return panels_.data() + panel_first_[node]; }
 
