@@ -109,7 +109,8 @@ Status Polish(const FitInput& input, AdaptiveFit& fit) {
   if (!fit.factor) return FailSingular();
   fit.coefficients = fit.polish.coefficients;
   for (int step = 0; step < kTwicings; ++step) {
-    fit.coefficients += fit.factor->Solve(system.WeightedTranspose(system.Residuals(fit.coefficients), fit.factors()));
+    const Eigen::VectorXd left = step == 0 ? std::move(fit.polish.residuals) : system.Residuals(fit.coefficients);
+    fit.coefficients += fit.factor->Solve(system.WeightedTranspose(left, fit.factors()));
   }
   if (!fit.coefficients.allFinite()) return FailSingular();
   return {};

@@ -163,13 +163,13 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   summary.times.solve_s = watch.Lap() - fit->polish_s - fit->smoothing_s;
 
   context.Report("fitting", 0.9, 1.0);
-  DescribeAdaptive(*fit, summary);
   AddRejected(fit->lone_samples, summary);
   SurfaceSegment segment{"body",           fit->basis->Surface(fit->coefficients), KnowledgeMap(), {}, nullptr,
                          fit->coefficients};
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);
   summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = total.Lap();
+  DescribeAdaptive(*fit, summary);
   if (options.covariance == CovarianceChoice::kKeep) {
     segment.normal_matrix = fit->system->NormalMatrix(fit->weights, fit->factors());
   }

@@ -54,7 +54,7 @@ struct FitTimes {
   double polish_s = 0.0;
   double knowledge_s = 0.0;
   double total_s = 0.0;  ///< From the samples to the coefficients: all of the above.
-  double sigma_s = 0.0;  ///< What the uncertainty takes on top.
+  double sigma_s = 0.0;  ///< What the noise, the effective parameters and the uncertainty take on top.
 };
 
 /// What the fit did and how well it went.

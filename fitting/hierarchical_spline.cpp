@@ -252,6 +252,11 @@ void HierarchicalSpline::BuildLeaves() {
   const std::size_t fine_width = finest().theta_cells();
   leaf_of_fine_cell_.assign(fine_width * finest().z_cells(), 0);
   LeafBuilder builder(*this);
+  // Room that is not used is never touched, and growing step by step would touch it many times.
+  const std::size_t most = std::min<std::size_t>(leaf_of_fine_cell_.size(), 20'000);
+  leaves_.reserve(most);
+  active_.reserve(20 * most);
+  extraction_.reserve(60 * most);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const std::size_t width = levels_[l].theta_cells();
     const std::size_t share = std::size_t{1} << (levels_.size() - 1 - l);  // fine cells along a side

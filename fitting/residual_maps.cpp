@@ -51,8 +51,9 @@ std::vector<std::uint32_t> WorstAround(const CellGrid& cells, const std::vector<
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
       auto worst = static_cast<std::uint32_t>(row * columns + column);
+      const bool inside = column >= 2 && column + 2 < columns;
       for (std::size_t k = columns - 2; k <= columns + 2; ++k) {
-        const std::size_t other = row * columns + (column + k) % columns;
+        const std::size_t other = row * columns + (inside ? column + k - columns : (column + k) % columns);
         if (values[other] > values[worst]) worst = static_cast<std::uint32_t>(other);
       }
       across[row * columns + column] = worst;

@@ -24,10 +24,12 @@ class RobustCost {
   /// `scales` s_k >= 1, one per row of the system.
   RobustCost(const SplineSystem& system, const FrontalCholesky& factor, const Eigen::VectorXd& start,
              std::span<const double> scales)
-      : system_(system), factor_(factor), start_(start), scales_(scales) {}
+      : system_(system), factor_(factor), start_(start), scales_(scales), start_residuals_(system.Residuals(start)) {}
 
   /// c at y.
   [[nodiscard]] Eigen::VectorXd Coefficients(const Eigen::VectorXd& y) const;
+  /// y_k − B_k c for every row, mm.
+  [[nodiscard]] Eigen::VectorXd Residuals(const Eigen::VectorXd& y) const;
   [[nodiscard]] Value At(const Eigen::VectorXd& y) const;
   [[nodiscard]] int size() const { return static_cast<int>(start_.size()); }
   /// ρ' of every row: its weight in the equivalent least-squares problem.
@@ -38,6 +40,7 @@ class RobustCost {
   const FrontalCholesky& factor_;
   const Eigen::VectorXd& start_;
   std::span<const double> scales_;
+  Eigen::VectorXd start_residuals_;
 };
 
 }  // namespace annulus

@@ -12,8 +12,12 @@ Eigen::VectorXd RobustCost::Coefficients(const Eigen::VectorXd& y) const {
   return y.isZero(0.0) ? start_ : Eigen::VectorXd(start_ + factor_.SolveUpper(y));
 }
 
+Eigen::VectorXd RobustCost::Residuals(const Eigen::VectorXd& y) const {
+  return y.isZero(0.0) ? start_residuals_ : system_.Residuals(Coefficients(y));
+}
+
 RobustCost::Value RobustCost::At(const Eigen::VectorXd& y) const {
-  const Eigen::VectorXd residuals = system_.Residuals(Coefficients(y));
+  const Eigen::VectorXd residuals = Residuals(y);
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(residuals.size());
   Value value{0.5 * y.squaredNorm(), y};
   bool any = false;
@@ -77,8 +81,10 @@ PolishResult RobustPolish(const SplineSystem& system, const FrontalCholesky& fac
   ceres::Solve(options, problem, y.data(), &summary);
 
   PolishResult result;
-  result.coefficients = summary.IsSolutionUsable() ? cost.Coefficients(y) : start;
-  result.factors = cost.Factors(system.Residuals(result.coefficients));
+  if (!summary.IsSolutionUsable()) y.setZero();
+  result.coefficients = cost.Coefficients(y);
+  result.residuals = cost.Residuals(y);
+  result.factors = cost.Factors(result.residuals);
   result.cost_start = summary.initial_cost;
   result.cost_end = summary.final_cost;
   result.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);

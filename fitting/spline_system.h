@@ -114,6 +114,7 @@ class SplineSystem {
 /// Outcome of the robust polish.
 struct PolishResult {
   Eigen::VectorXd coefficients;
+  Eigen::VectorXd residuals;    ///< With these, mm, one per row.
   std::vector<double> factors;  ///< Weight of every row in the equivalent least squares at the solution, 0 … 1.
   double cost_start = 0.0;
   double cost_end = 0.0;
