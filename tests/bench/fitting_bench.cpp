@@ -1,6 +1,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <numbers>
 #include <random>
@@ -11,6 +12,7 @@
 #include "acquisition/csv_scan.h"
 #include "fitting/fit_surface.h"
 #include "fitting/spline_surface.h"
+#include "fitting/surface_fitter.h"
 #include "fitting/uniform_fit.h"
 #include "tests/bench/bench_scan.h"
 #include "tests/bench/peak_memory.h"
@@ -115,6 +117,7 @@ BENCHMARK_CAPTURE(FitGrowing, adaptive, FitMethod::kAdaptive)
     ->Args({300, 180})
     ->Args({1400, 180})
     ->Args({1400, 720})
+    ->Args({5600, 720})
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
@@ -160,6 +163,36 @@ void FitSharedByCeres(benchmark::State& state, const UniformCeresOptions& option
   }
 }
 
+/// A whole scan level by level. What counts is the longest preview, and what is left to do after the last level.
+void StreamShared(benchmark::State& state, const std::string& name) {
+  const std::vector<SurfaceSample> samples = SharedSamples(state, name);
+  std::vector<std::vector<SurfaceSample>> levels;
+  for (const SurfaceSample& sample : samples) {
+    if (sample.level >= levels.size()) levels.resize(sample.level + 1);
+    levels[sample.level].push_back(sample);
+  }
+  const auto milliseconds_since = [](std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  };
+  double longest_preview = 0.0;
+  double longest_end = 0.0;
+  for (auto unused : state) {
+    SurfaceFitter fitter{FitOptions{}};
+    for (const std::vector<SurfaceSample>& level : levels) {
+      fitter.AddLevel(level);
+      if (!fitter.preview_due()) continue;
+      const auto start = std::chrono::steady_clock::now();
+      benchmark::DoNotOptimize(fitter.Preview());
+      longest_preview = std::max(longest_preview, milliseconds_since(start));
+    }
+    const auto start = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(fitter.Finish({}));
+    longest_end = std::max(longest_end, milliseconds_since(start));
+  }
+  state.counters["longest_preview_ms"] = longest_preview;
+  state.counters["after_last_level_ms"] = longest_end;
+}
+
 /// One row per scan and method.
 [[maybe_unused]] const bool registered = [] {
   const UniformCeresOptions rows{48, CeresLinearSolver::kSparseCholesky};
@@ -170,6 +203,7 @@ void FitSharedByCeres(benchmark::State& state, const UniformCeresOptions& option
     };
     add("FitShared/adaptive", [name](benchmark::State& s) { FitShared(s, FitMethod::kAdaptive, name); });
     add("FitShared/uniform", [name](benchmark::State& s) { FitShared(s, FitMethod::kUniform, name); });
+    add("StreamShared", [name](benchmark::State& s) { StreamShared(s, name); });
     add("FitShared/ceres_tiles_cgnr", [name](benchmark::State& s) { FitSharedByCeres(s, {}, name); });
     add("FitShared/ceres_rows_cholesky", [name, rows](benchmark::State& s) { FitSharedByCeres(s, rows, name); });
   }

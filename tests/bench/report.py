@@ -15,7 +15,8 @@ def load(path):
 
 COUNTERS = {"to_coefficients_ms": "samples to coefficients {:.4g} ms", "coefficients": "{:.0f} coefficients", "rms_mm": "RMS {:.3f} mm",
             "solver_steps": "{:.0f} solver steps", "largest_difference_mm": "within {:.1e} mm of ours",
-            "bytes_per_sample": "{:.0f} B per sample"}
+            "bytes_per_sample": "{:.0f} B per sample", "longest_preview_ms": "longest preview {:.3g} ms",
+            "after_last_level_ms": "longest end {:.3g} ms"}
 
 
 def print_benchmarks(results):
