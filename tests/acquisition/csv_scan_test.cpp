@@ -114,7 +114,8 @@ TEST(ReadCsvScan, SaysInOneLineWhatIsWrongAndWhere) {
       {"two radii", "# R_mm=500\n" + kGood, "line 2: R_mm is given twice with different values"},
       {"single level", kGood.substr(0, kGood.find("1,-5.000,0")), "it has a single level"},
       {"no return", header_only + "0,1,0,0,nan\n1,1,0,0,nan\n", "it has no return at all"},
-      {"sparse", header_only + "0,1,0,0,5\n1,1,65535,0,5\n", "its 2 rows fill less than 1/64 of 2 levels of 65536 sensors"},
+      {"sparse", header_only + "0,1,0,0,5\n1,1,65535,0,5\n",
+       "its 2 rows fill less than 1/64 of 2 levels of 65536 sensors"},
       {"binary",
        std::string("\x7f"
                    "ELF\0\0\0",
