@@ -15,9 +15,6 @@ namespace {
 constexpr std::size_t kMaxCoarseTheta = 180;
 constexpr std::size_t kMaxCoarseZ = 500;
 constexpr std::size_t kSplits = 2;  // 4 × 4 cells to 2 × 2 to 1 × 1
-/// Cross-validation is for one twicing; two more cost little noise and halve the bias, which girths, being sums, do not
-/// average out.
-constexpr int kTwicings = 3;
 
 tl::unexpected<Error> FailSingular() {
   return Fail("fit a surface", "the equations are singular", "scan again: the returns do not cover the body");
@@ -50,8 +47,9 @@ struct Refinement {
     const auto height = static_cast<double>((breakpoints.size() - 1) << level);
     for (std::size_t cell = 0; cell < unresolved.size(); ++cell) {
       if (unresolved[cell] == 0) continue;
+      const std::size_t cell_row = cell / cells.columns();
       const double x = cells.theta(cell % cells.columns()) / kTwoPi * width;
-      const double y = static_cast<double>(cell / cells.columns()) / static_cast<double>(cells.rows() - 1) * height;
+      const double y = static_cast<double>(cell_row) / static_cast<double>(cells.rows() - 1) * height;
       const auto first_row = static_cast<std::ptrdiff_t>(std::max(0.0, std::floor(y - kReach)));
       const auto last_row = static_cast<std::ptrdiff_t>(std::min(height - 1.0, std::floor(y + kReach)));
       const auto first = static_cast<std::ptrdiff_t>(std::floor(x - kReach));

@@ -98,8 +98,9 @@ class Bridges {
       if (cells_.count(column, row) > 0) {
         seen = {cells_.mean(column, row), 0.0};
       } else if (k >= steps.idle && std::isfinite(seen.distance)) {
-        sum_.Row(row)[column] += seen.value / seen.distance;
-        weight_.Row(row)[column] += 1.0 / seen.distance;
+        const double weight = 1.0 / std::max(1.0, seen.distance);
+        sum_.Row(row)[column] += weight * seen.value;
+        weight_.Row(row)[column] += weight;
       }
     }
   }
