@@ -8,6 +8,9 @@
 
 namespace annulus {
 
+/// A scan without noise is fitted as if it had this much, mm.
+inline constexpr double kSmallestNoise = 1e-3;
+
 /// What the solvers are given: one star-shaped surface's samples after screening. Borrows the samples.
 struct FitInput {
   std::span<const SurfaceSample> samples;

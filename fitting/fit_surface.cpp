@@ -9,6 +9,7 @@
 
 #include "fitting/adaptive_fit.h"
 #include "fitting/cell_grid.h"
+#include "fitting/fit_uncertainty.h"
 #include "fitting/paper_fit.h"
 #include "fitting/stopwatch.h"
 #include "fitting/uniform_fit.h"
@@ -18,7 +19,6 @@ namespace {
 
 constexpr std::size_t kMinLevels = 8;
 constexpr std::size_t kMinSamples = 100;
-constexpr double kSmallestNoise = 1e-3;  // mm; a scan without noise is fitted as if it had this much
 
 Status CheckEnough(const SampleGrid& grid, std::span<const SampleVerdict> verdicts) {
   const std::string attempted = "fit a surface";
@@ -65,19 +65,14 @@ void AddRejected(std::span<const std::uint32_t> lone, FitSummary& summary) {
   summary.used = summary.samples - summary.rejected.size();
 }
 
-void DescribeAdaptive(const AdaptiveFit& fit, FitSummary& summary) {
+void DescribeAdaptive(const AdaptiveFit& fit, const FitUncertainty& uncertainty, FitSummary& summary) {
   summary.lambda_theta = fit.smoothing.theta;
   summary.lambda_z = fit.smoothing.z;
   summary.edges = fit.edges;
-  summary.effective_parameters = EffectiveParameters(*fit.system, *fit.factor, fit.factors());
-  const Eigen::VectorXd residuals = fit.system->Residuals(fit.coefficients);
-  double weighted_squares = 0.0;
-  for (Eigen::Index k = 0; k < residuals.size(); ++k) {
-    weighted_squares += fit.polish.factors[static_cast<std::size_t>(k)] * residuals[k] * residuals[k];
-  }
-  const auto used = static_cast<double>(residuals.size());
-  summary.noise_sigma_mm = std::sqrt(weighted_squares / std::max(1.0, used - summary.effective_parameters));
-  summary.rms_mm = std::sqrt(residuals.squaredNorm() / used);
+  summary.effective_parameters = uncertainty.effective_parameters;
+  summary.noise_sigma_mm = uncertainty.noise_sigma;
+  summary.detail_sigma_mm = uncertainty.detail_sigma;
+  summary.rms_mm = uncertainty.rms;
   summary.coefficients = fit.basis->size();
   summary.cost_start = fit.polish.cost_start;
   summary.cost_end = fit.polish.cost_end;
@@ -169,9 +164,10 @@ Result<FitResult> FitSurface(std::span<const SurfaceSample> samples, const FitOp
   segment.knowledge = BuildKnowledge(input.cells, segment.surface);
   summary.times.knowledge_s = watch.Lap();
   summary.times.total_s = total.Lap();
-  DescribeAdaptive(*fit, summary);
+  DescribeAdaptive(*fit, AssessUncertainty(input, *fit), summary);
   if (options.covariance == CovarianceChoice::kKeep) {
-    segment.normal_matrix = fit->system->NormalMatrix(fit->weights, fit->factors());
+    segment.normal_matrix = PosteriorPrecision(*fit, summary.noise_sigma_mm);
+    segment.detail_sigma = summary.detail_sigma_mm;
   }
   segment.hierarchy = std::move(fit->basis);
   summary.times.sigma_s = watch.Lap();

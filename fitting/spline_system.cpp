@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <random>
 
 #include "base/ensure.h"
 #include "fitting/front_kernels.h"
@@ -10,7 +9,6 @@
 namespace annulus {
 namespace {
 
-constexpr std::uint64_t kProbeSeed = 20'000'101;
 /// Share of the mean data weight of a coefficient that keeps coefficients over holes determined.
 constexpr double kRidge = 1e-9;
 
@@ -346,19 +344,6 @@ Eigen::SparseMatrix<double> SplineSystem::NormalMatrix(const RoughnessWeights& w
   }
   for (Eigen::Index c = 0; c < upper.cols(); ++c) upper.valuePtr()[upper.outerIndexPtr()[c + 1] - 1] += ridge();
   return upper;
-}
-
-double EffectiveParameters(const SplineSystem& system, const FrontalCholesky& factor, std::span<const double> factors) {
-  std::mt19937_64 engine(kProbeSeed);
-  FrontalCholesky::FourColumns signs(factor.size(), 4);
-  for (Eigen::Index k = 0; k < signs.size(); ++k) signs.data()[k] = (engine() & 1U) != 0U ? 1.0 : -1.0;
-  const FrontalCholesky::FourColumns solved = factor.Solve(signs);
-  double sum = 0.0;
-  for (Eigen::Index probe = 0; probe < 4; ++probe) {
-    const Eigen::VectorXd column = signs.col(probe);
-    sum += solved.col(probe).dot(system.WeightedTranspose(system.Predict(column), factors));
-  }
-  return sum / 4.0;
 }
 
 }  // namespace annulus

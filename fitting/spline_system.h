@@ -76,9 +76,6 @@ class SplineSystem {
   [[nodiscard]] Eigen::SparseMatrix<double> NormalMatrix(const RoughnessWeights& weights,
                                                          std::span<const double> factors) const;
 
- private:
-  class LeafEquations;
-
   /// The splines of a row's leaf at the row.
   struct RowSplines {
     std::array<double, 4> theta;
@@ -87,6 +84,9 @@ class SplineSystem {
   [[nodiscard]] RowSplines SplinesAt(const SampleRow& row, const SplineLeaf& leaf) const {
     return {ValuesAt(theta_cubics_, row.theta), ValuesAt(z_cubics_[leaf.level][leaf.z_cell], row.z)};
   }
+
+ private:
+  class LeafEquations;
 
   /// The splines at the cells' centres, by level and by column or row of cells.
   struct CellBases {
@@ -105,12 +105,6 @@ class SplineSystem {
   std::vector<std::vector<IntervalCubics>> z_cubics_;  ///< By level and z interval.
   double noise_sigma_;
 };
-
-/// Estimate of trace(A⁻¹ G) with a few ±1 probes of a fixed seed (Hutchinson): the effective parameters of a linear
-/// smoother with data matrix G (extra factors f) and system matrix A.
-[[nodiscard]] double EffectiveParameters(const SplineSystem& system, const FrontalCholesky& factor,
-                                         std::span<const double> factors);
-
 /// Outcome of the robust polish.
 struct PolishResult {
   Eigen::VectorXd coefficients;

@@ -66,8 +66,8 @@ struct SurfaceSegment {
   std::string name;       ///< "body" unless there are several.
   SplineSurface surface;  ///< Tensor form; with a hierarchy, on its finest level.
   KnowledgeMap knowledge;
-  /// Upper triangle of A = Σ wBᵀB/σ² + penalty over the active coefficients (without a hierarchy: all coefficients of
-  /// `surface`); their covariance is A⁻¹. May be empty.
+  /// Upper triangle of the precision of the active coefficients (without a hierarchy: all coefficients of `surface`),
+  /// 1/mm²; its inverse is their covariance (fit_uncertainty.h). May be empty.
   Eigen::SparseMatrix<double> normal_matrix;
   /// Where the surface is refined; null for a plain tensor surface. Shared by copies because it is large and immutable.
   std::shared_ptr<const HierarchicalSpline> hierarchy{};
@@ -77,6 +77,8 @@ struct SurfaceSegment {
   std::shared_ptr<const PaperModel> paper{};
   /// The surface's theta and r are about this line; the main segment's is the ring's axis.
   SegmentAxis axis{};
+  /// Sd of detail that the surface does not follow, mm: part of the uncertainty of a radius beside the covariance.
+  double detail_sigma = 0.0;
 
   /// The point in the station frame, mm.
   [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
