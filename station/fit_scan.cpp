@@ -181,6 +181,7 @@ Json FitReport(const ScanFit& fit) {
               {"effective_parameters", s.effective_parameters},
               {"rms_mm", s.rms_mm},
               {"noise_sigma_mm", s.noise_sigma_mm},
+              {"detail_sigma_mm", s.detail_sigma_mm},
               {"smoothing", {{"theta", s.lambda_theta}, {"z", s.lambda_z}}},
               {"cost_start", s.cost_start},
               {"cost_end", s.cost_end},

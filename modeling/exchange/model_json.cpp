@@ -88,6 +88,7 @@ Json SurfaceToJson(const SurfaceSegment& segment) {
   json["z_breakpoints_mm"] = coarsest.z.breakpoints();
   json["refined"] = plain ? Json::array() : FlagsToJson(*segment.hierarchy);
   json["coefficients_mm"] = std::vector<double>(c.data(), c.data() + c.size());
+  if (segment.detail_sigma > 0.0) json["detail_sigma_mm"] = segment.detail_sigma;
   if (!segment.axis.IsRingAxis()) json["axis"] = AxisToJson(segment.axis);
   return json;
 }
@@ -143,6 +144,12 @@ SegmentAxis AxisFromJson(const Json& json, const SplineSurface& surface) {
     if (!(axis.At(z).cwiseAbs().maxCoeff() <= kLargestLength)) throw BadModel{"'axis' leaves the range"};
   }
   return axis;
+}
+
+double DetailFromJson(const Json& json) {
+  const double sigma = Number(json, "detail_sigma_mm");
+  if (sigma < 0.0) throw BadModel{"'detail_sigma_mm' is negative"};
+  return sigma;
 }
 
 SurfaceSegment PaperSurfaceFromJson(const Json& json) {
@@ -269,6 +276,7 @@ SurfaceModel ModelFromObject(const Json& json) {
     if (const auto axis = surfaces[k].find("axis"); axis != surfaces[k].end())
       segment.axis = AxisFromJson(*axis, segment.surface);
     if (k == 0 && !segment.axis.IsRingAxis()) throw BadModel{"the first surface is not about the ring's axis"};
+    if (surfaces[k].contains("detail_sigma_mm")) segment.detail_sigma = DetailFromJson(surfaces[k]);
     segment.knowledge = KnowledgeFromJson(measured[k]);
     if (!matrices.empty()) {
       segment.normal_matrix = MatrixFromJson(

@@ -16,6 +16,8 @@ namespace annulus {
 namespace {
 
 constexpr std::size_t kTapePoints = 1440;
+/// Mean of Σ (N_i N_j)² over the plane for uniform cubic B-splines: (∫N²)², ∫N² = 151/315.
+constexpr double kSquaresOfSplines = (151.0 / 315.0) * (151.0 / 315.0);
 
 std::string Text(double value) {
   std::array<char, 32> text{};
@@ -209,8 +211,11 @@ Status CheckMeridian(const MeasuredSurface& body, double theta, double z_min, do
 
 Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
   MeasuredSurface body(model.main());
-  if (model.main().normal_matrix.nonZeros() > 0) {
-    auto covariance = SurfaceCovariance::FromNormalMatrix(model.main().normal_matrix);
+  const Eigen::SparseMatrix<double>& precision = model.main().normal_matrix;
+  if (precision.nonZeros() > 0) {
+    auto covariance = model.main().hierarchy == nullptr
+                          ? SurfaceCovariance::FromNormalMatrix(precision)
+                          : SurfaceCovariance::FromNormalMatrix(precision, *model.main().hierarchy);
     if (!covariance) return Fail(covariance);
     body.covariance_ = std::make_shared<const SurfaceCovariance>(std::move(*covariance));
   }
@@ -219,9 +224,10 @@ Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
 
 Uncertain MeasuredSurface::WithSigma(double value, const Eigen::VectorXd& gradient) const {
   if (covariance_ == nullptr) return {value, std::numeric_limits<double>::quiet_NaN()};
-  if (segment_->hierarchy == nullptr) return {value, std::sqrt(covariance_->Variance(gradient))};
-  const Eigen::VectorXd active = segment_->hierarchy->ActiveGradient(gradient);
-  return {value, std::sqrt(covariance_->Variance(active))};
+  const double posterior =
+      covariance_->Variance(segment_->hierarchy == nullptr ? gradient : segment_->hierarchy->ActiveGradient(gradient));
+  const double detail = segment_->detail_sigma * segment_->detail_sigma * gradient.squaredNorm() / kSquaresOfSplines;
+  return {value, std::sqrt(posterior + detail)};
 }
 
 double MeasuredSurface::RadiusSigma(double theta, double z) const {
@@ -233,7 +239,7 @@ double MeasuredSurface::RadiusSigma(double theta, double z) const {
   } else {
     gradient = segment_->hierarchy->ActiveRow(theta, z);
   }
-  return std::sqrt(covariance_->LocalVariance(gradient));
+  return std::sqrt(covariance_->LocalVariance(gradient) + segment_->detail_sigma * segment_->detail_sigma);
 }
 
 double MeasuredSurface::Radius(double theta, double z) const {

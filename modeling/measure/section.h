@@ -31,9 +31,11 @@ class MeasuredSurface {
   [[nodiscard]] Eigen::Vector3d Point(double theta, double z) const;
   [[nodiscard]] Eigen::Vector3d Normal(double theta, double z) const;
   [[nodiscard]] Knowledge KnowledgeAt(double theta, double z) const { return segment_->knowledge.At(theta, z); }
-  /// Value and sd of a quantity with this gradient with respect to the coefficients of surface().
+  /// Value and sd of a quantity with this gradient with respect to the coefficients of surface(). Detail that the
+  /// surface does not follow counts as independent errors of these coefficients, of such size that a radius has the sd
+  /// SurfaceSegment::detail_sigma from them in the mean.
   [[nodiscard]] Uncertain WithSigma(double value, const Eigen::VectorXd& gradient) const;
-  /// sd of the radius at one place, mm.
+  /// sd of the radius at one place, mm: the posterior's and the detail's.
   [[nodiscard]] double RadiusSigma(double theta, double z) const;
 
  private:
