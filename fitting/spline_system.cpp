@@ -308,14 +308,17 @@ Eigen::SparseMatrix<double> UpperPattern(const HierarchicalSpline& basis) {
   const Buckets leaves_of = SortByKey(coefficient, basis.size());
   Eigen::SparseMatrix<double> upper(static_cast<Eigen::Index>(basis.size()), static_cast<Eigen::Index>(basis.size()));
   std::vector<std::uint32_t> rows;
+  std::vector<std::uint32_t> coupled_to(basis.size(), static_cast<std::uint32_t>(basis.size()));  // last column with it
   for (std::size_t c = 0; c < basis.size(); ++c) {
     rows.clear();
     for (std::uint32_t k = leaves_of.first[c]; k < leaves_of.first[c + 1]; ++k) {
-      const std::span<const std::uint32_t> active = basis.Active(basis.leaves()[leaf_of[leaves_of.order[k]]]);
-      std::copy_if(active.begin(), active.end(), std::back_inserter(rows), [c](std::uint32_t row) { return row <= c; });
+      for (const std::uint32_t row : basis.Active(basis.leaves()[leaf_of[leaves_of.order[k]]])) {
+        if (row > c || coupled_to[row] == c) continue;
+        coupled_to[row] = static_cast<std::uint32_t>(c);
+        rows.push_back(row);
+      }
     }
     std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     upper.startVec(static_cast<Eigen::Index>(c));
     for (const std::uint32_t row : rows) upper.insertBack(row, static_cast<Eigen::Index>(c)) = 0.0;
   }
