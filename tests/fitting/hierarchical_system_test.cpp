@@ -224,17 +224,28 @@ TEST(DirectionalGcv, IsTheScoreOfTheDenseSmoother) {
   EXPECT_NEAR(score.At(smoothing), expected, 0.03 * expected);
 }
 
-TEST(RobustCost, HasTheGradientOfItsDifferences) {
+/// The problem with every 17th sample 9 mm off, solved by least squares.
+struct SpoiltProblem {
   Problem problem;
-  for (std::size_t k = 0; k < problem.samples.size(); k += 17) problem.samples[k].radius += 9.0;
-  problem.system = std::make_unique<const SplineSystem>(
-      *problem.basis, UsedSamples{problem.samples, problem.use, Problem::kNoise}, *problem.cells);
-  const auto factor =
-      problem.system->Factor(std::make_shared<const EliminationTree>(*problem.basis), problem.weights, {});
-  ASSERT_TRUE(factor.has_value());
-  const Eigen::VectorXd start = factor->Solve(problem.system->WeightedTranspose(problem.system->Radii(), {}));
-  const std::vector<double> scales(problem.system->rows().size(), 1.3);
-  const RobustCost cost(*problem.system, *factor, start, scales);
+  std::optional<FrontalCholesky> factor;
+  Eigen::VectorXd start;
+  std::vector<double> scales;
+
+  SpoiltProblem() {
+    for (std::size_t k = 0; k < problem.samples.size(); k += 17) problem.samples[k].radius += 9.0;
+    problem.system = std::make_unique<const SplineSystem>(
+        *problem.basis, UsedSamples{problem.samples, problem.use, Problem::kNoise, {}}, *problem.cells);
+    factor = problem.system->Factor(std::make_shared<const EliminationTree>(*problem.basis), problem.weights, {});
+    start = factor->Solve(problem.system->WeightedTranspose(problem.system->Radii(), {}));
+    scales.assign(problem.system->rows().size(), 1.3);
+  }
+  [[nodiscard]] RobustCost Cost() const { return {*problem.system, *factor, start, scales}; }
+};
+
+TEST(RobustCost, HasTheGradientOfItsDifferences) {
+  const SpoiltProblem spoilt;
+  const Problem& problem = spoilt.problem;
+  const RobustCost cost = spoilt.Cost();
   const Eigen::VectorXd y = problem.Random(11);
   const Eigen::VectorXd gradient = cost.At(y).gradient;
   for (Eigen::Index k = 0; k < y.size(); k += 7) {
@@ -250,16 +261,9 @@ TEST(RobustCost, HasTheGradientOfItsDifferences) {
 
 TEST(RobustCost, IsTheHuberCostOfTheResidualsAndThePenalty) {
   // Differences of ½Σ w s²ρ(r²/(σs)²) + ½cᵀPc between two places, with P = A − BᵀWB/σ² by dense algebra.
-  Problem problem;
-  for (std::size_t k = 0; k < problem.samples.size(); k += 17) problem.samples[k].radius += 9.0;
-  problem.system = std::make_unique<const SplineSystem>(
-      *problem.basis, UsedSamples{problem.samples, problem.use, Problem::kNoise}, *problem.cells);
-  const auto factor =
-      problem.system->Factor(std::make_shared<const EliminationTree>(*problem.basis), problem.weights, {});
-  ASSERT_TRUE(factor.has_value());
-  const Eigen::VectorXd start = factor->Solve(problem.system->WeightedTranspose(problem.system->Radii(), {}));
-  const std::vector<double> scales(problem.system->rows().size(), 1.3);
-  const RobustCost cost(*problem.system, *factor, start, scales);
+  const SpoiltProblem spoilt;
+  const Problem& problem = spoilt.problem;
+  const RobustCost cost = spoilt.Cost();
   const Eigen::MatrixXd b = problem.DesignMatrix();
   Eigen::VectorXd w(b.rows());
   for (Eigen::Index k = 0; k < w.size(); ++k) {
