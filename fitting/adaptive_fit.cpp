@@ -42,7 +42,7 @@ struct Refinement {
   /// Splits the cells of a level around every flagged cell of the data, so far that a function of the next level whose
   /// middle is there becomes active.
   void Split(std::size_t level, const CellGrid& cells, const std::vector<char>& unresolved) {
-    constexpr double kReach = 0.5;  // cells of the level
+    constexpr double kReach = 0.6;  // cells of the level
     const auto width = static_cast<double>(theta_count << level);
     const auto height = static_cast<double>((breakpoints.size() - 1) << level);
     for (std::size_t cell = 0; cell < unresolved.size(); ++cell) {

@@ -7,7 +7,7 @@
 namespace annulus {
 namespace {
 
-constexpr double kUnresolved = 3.2;        // standard deviations of a window's sum
+constexpr double kUnresolved = 3.35;        // standard deviations of a window's sum
 constexpr double kUsualCells = 180 * 360;  // a scan with more cells has no more false alarms than one with so many
 
 /// Sums over windows of 2·half + 1 cells, cyclic in columns, cut off at the first and last row.

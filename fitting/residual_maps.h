@@ -30,7 +30,7 @@ struct ResidualMaps {
                                                      const Eigen::VectorXd& residuals);
 
 /// Flags of cells in which the residuals are not noise: in some window around (1 × 1 to 5 × 5 cells) that has data
-/// their sum is more than 3.2 standard deviations (more on scans of very many cells). Cells without data are never
+/// their sum is more than 3.35 standard deviations (more on scans of very many cells). Cells without data are never
 /// flagged: nothing is resolved in a hole.
 [[nodiscard]] std::vector<char> UnresolvedCells(const FitInput& input, const ResidualMaps& residuals);
 

@@ -302,10 +302,10 @@ TEST(UnresolvedCells, AreWhereResidualsAreNotNoise) {
     const std::vector<char> flags = UnresolvedCells(input, bumped);
     return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
   };
-  EXPECT_EQ(flags_with(1, 1, 3.1), 0U);  // one cell: 3.1 standard deviations
-  EXPECT_GT(flags_with(1, 1, 3.3), 0U);
-  EXPECT_EQ(flags_with(3, 3, 1.05), 0U);  // nine cells: 9.45 against 3.2·3
-  EXPECT_GT(flags_with(3, 3, 1.1), 0U);
+  EXPECT_EQ(flags_with(1, 1, 3.3), 0U);  // one cell: 3.3 standard deviations
+  EXPECT_GT(flags_with(1, 1, 3.4), 0U);
+  EXPECT_EQ(flags_with(3, 3, 1.1), 0U);  // nine cells: 9.9 against 3.35·3
+  EXPECT_GT(flags_with(3, 3, 1.15), 0U);
 }
 
 }  // namespace
