@@ -72,10 +72,9 @@ struct FitSummary {
   std::vector<std::uint8_t> segment_of_sample;
   std::size_t coefficients = 0;
   std::vector<EdgeRegion> edges;  ///< Where the smoothing was broken, largest first.
-  /// Sd of a return about the surface: residuals over their expectation, n − 2 trace S + trace S² of the smoother S.
-  double noise_sigma_mm = 0.0;
-  double detail_sigma_mm = 0.0;  ///< kAdaptive: sd of detail that the surface does not follow (fit_uncertainty.h).
-  double rms_mm = 0.0;           ///< RMS residual of the used samples.
+  double noise_sigma_mm = 0.0;    ///< Sd of a return about the surface, steps that it does not follow left out.
+  double detail_sigma_mm = 0.0;   ///< kAdaptive: sd of detail that the surface does not follow (fit_uncertainty.h).
+  double rms_mm = 0.0;            ///< RMS residual of the used samples.
   /// Smoothing around and upwards. kUniform: weight of a squared second difference, in samples of a cell; kAdaptive:
   /// factors on the local weights; kPaper: λ of eq. 2.4.
   double lambda_theta = 0.0;

@@ -13,6 +13,12 @@ namespace {
 constexpr std::uint64_t kDrawSeed = 20'000'101;
 constexpr int kSmoothings = kTwicings + 1;
 constexpr Eigen::Index kDraws = 4;
+/// The first draws tell where the surface averages, the others what noise makes of the residuals there: were they the
+/// same, the places would be chosen by what is then counted.
+constexpr Eigen::Index kPlacingDraws = 2;
+constexpr Eigen::Index kCountingDraws = kDraws - kPlacingDraws;
+/// Noise standard deviations; what is further from the surface is no noise but a step that it cannot follow.
+constexpr double kOutlierLimit = 4.0;
 
 /// Noise of a row in every draw, or what became of it.
 using Draws = Eigen::Array<double, 1, kDraws>;
@@ -120,20 +126,22 @@ class SmoothedNoise {
 
 /// Weighted means of the rows in a cell; a cell without rows has weight 0.
 struct CellMeans {
-  float weight = 0.0F;               ///< Their sum, 1/mm².
-  float residual = 0.0F;             ///< mm
-  float leverage = 0.0F;             ///< Diagonal entry of S, as the draws show it.
-  bool averaged = false;             ///< Whether the surface there averages over more than four returns.
-  std::array<float, kDraws> rest{};  ///< Drawn noise less smoothed, mm.
-  std::array<float, kDraws> smoothed{};
+  float weight = 0.0F;                       ///< Their sum, 1/mm².
+  float residual = 0.0F;                     ///< mm
+  float leverage = 0.0F;                     ///< Diagonal entry of S, as the placing draws show it.
+  bool averaged = false;                     ///< Whether the surface there averages over more than four returns.
+  std::array<float, kCountingDraws> rest{};  ///< Drawn noise less smoothed, mm.
+  std::array<float, kCountingDraws> smoothed{};
 };
 
 /// The residuals and the draws by cell.
 class ResidualStudy {
  public:
   ResidualStudy(const FitInput& input, const AdaptiveFit& fit) : grid_(input.cells) {
-    Collect(*fit.system, SmoothedNoise(fit), fit.system->Residuals(fit.coefficients));
+    const std::vector<Deviation> deviations =
+        Collect(*fit.system, SmoothedNoise(fit), fit.system->Residuals(fit.coefficients));
     FindAveraged();
+    noise_variance_ = drawn_variance_ * RelativeVariance(fit.system->rows(), deviations);
   }
 
   [[nodiscard]] FitUncertainty Result() const {
@@ -148,24 +156,33 @@ class ResidualStudy {
     std::size_t rows = 0;
   };
 
-  void Collect(const SplineSystem& system, const SmoothedNoise& noise, const Eigen::VectorXd& residuals) {
+  /// A row's squared residual and what it would be on average, in units of the drawn variance.
+  struct Deviation {
+    float square = 0.0F;
+    float expected = 0.0F;
+  };
+
+  std::vector<Deviation> Collect(const SplineSystem& system, const SmoothedNoise& noise,
+                                 const Eigen::VectorXd& residuals) {
     cells_.resize(grid_.columns() * grid_.rows());
-    double squares = 0.0;
-    double trace_of_square = 0.0;
+    std::vector<Deviation> deviations;
+    deviations.reserve(system.rows().size());
     noise.ForRows([&](std::size_t k, const Draws& drawn, const Draws& smoothed) {
       const double weight = noise.Weight(k);
       const double residual = residuals[static_cast<Eigen::Index>(k)];
-      const double leverage = weight * (drawn * smoothed).mean();
-      squares += weight * residual * residual;
-      trace_ += leverage;
-      trace_of_square += weight * smoothed.square().mean();
+      const Draws leverage = weight * drawn * smoothed;
+      const auto counted = [](const Draws& draws) { return draws.tail<kCountingDraws>().mean(); };
+      trace_ += leverage.mean();
+      deviations.push_back({static_cast<float>(weight * residual * residual),
+                            static_cast<float>(1.0 - 2.0 * counted(leverage) + weight * counted(smoothed.square()))});
       CellMeans& cell = cells_[system.rows()[k].cell];
       cell.weight += static_cast<float>(weight);
       cell.residual += static_cast<float>(weight * residual);
-      cell.leverage += static_cast<float>(weight * leverage);
-      for (Eigen::Index d = 0; d < kDraws; ++d) {
-        cell.rest[static_cast<std::size_t>(d)] += static_cast<float>(weight * (drawn[d] - smoothed[d]));
-        cell.smoothed[static_cast<std::size_t>(d)] += static_cast<float>(weight * smoothed[d]);
+      cell.leverage += static_cast<float>(weight * leverage.head<kPlacingDraws>().mean());
+      for (std::size_t d = 0; d < kCountingDraws; ++d) {
+        const auto draw = kPlacingDraws + static_cast<Eigen::Index>(d);
+        cell.rest[d] += static_cast<float>(weight * (drawn[draw] - smoothed[draw]));
+        cell.smoothed[d] += static_cast<float>(weight * smoothed[draw]);
       }
     });
     for (CellMeans& cell : cells_) {
@@ -174,10 +191,35 @@ class ResidualStudy {
       for (float& sum : cell.rest) sum /= cell.weight;
       for (float& sum : cell.smoothed) sum /= cell.weight;
     }
-    const double freedom = static_cast<double>(residuals.size()) - 2.0 * trace_ + trace_of_square;
     rms_ = std::sqrt(residuals.squaredNorm() / static_cast<double>(residuals.size()));
     drawn_variance_ = system.noise_sigma() * system.noise_sigma();
-    noise_variance_ = drawn_variance_ * squares / std::max(1.0, freedom);
+    return deviations;
+  }
+
+  /// Noise variance over the drawn one: squares over their expectation, without those beyond the outlier limit and,
+  /// unless little else is left, without those where the surface follows single returns (edges, folds).
+  [[nodiscard]] double RelativeVariance(const std::vector<SampleRow>& rows,
+                                        const std::vector<Deviation>& deviations) const {
+    constexpr int kRounds = 6;
+    constexpr double kEnough = 0.1;  // of the rows
+    const auto averaged = static_cast<double>(
+        std::count_if(rows.begin(), rows.end(), [&](const SampleRow& row) { return cells_[row.cell].averaged; }));
+    const bool all = averaged < kEnough * static_cast<double>(rows.size());
+    double variance = 1.0;
+    for (int round = 0; round < kRounds; ++round) {
+      const double limit = kOutlierLimit * kOutlierLimit * variance;
+      double squares = 0.0;
+      double freedom = 0.0;
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (!all && !cells_[rows[k].cell].averaged) continue;
+        if (static_cast<double>(deviations[k].square) > limit) continue;
+        squares += static_cast<double>(deviations[k].square);
+        freedom += static_cast<double>(deviations[k].expected);
+      }
+      if (!(freedom > 0.0)) break;
+      variance = squares / freedom;
+    }
+    return variance;
   }
 
   /// Marks the cells where the leverage, a mean over the 5 × 5 cells around, is low.
@@ -204,9 +246,9 @@ class ResidualStudy {
     }
   }
 
-  /// The residual of a cell; what is far beyond noise belongs to something else than fine detail.
+  /// The residual of a cell, at most the outlier limit.
   [[nodiscard]] double Residual(const CellMeans& cell) const {
-    const double limit = 4.0 * std::sqrt(noise_variance_);
+    const double limit = kOutlierLimit * std::sqrt(noise_variance_);
     return std::clamp(static_cast<double>(cell.residual), -limit, limit);
   }
 
@@ -224,7 +266,7 @@ class ResidualStudy {
         pairs += 1.0;
         products += product;
         squared_products += product * product;
-        for (std::size_t d = 0; d < kDraws; ++d) {
+        for (std::size_t d = 0; d < kCountingDraws; ++d) {
           const auto rest_a = static_cast<double>(a.rest[d]);
           const auto rest_b = static_cast<double>(b.rest[d]);
           const auto smoothed_a = static_cast<double>(a.smoothed[d]);
@@ -238,7 +280,7 @@ class ResidualStudy {
     }
     if (pairs < kFewestPairs || !(bias_of_neighbours > kLeastCorrelation * bias)) return 0.0;
     const double correlation = std::min(1.0, bias_of_neighbours / bias);
-    const double scale = noise_variance_ / (drawn_variance_ * static_cast<double>(kDraws));
+    const double scale = noise_variance_ / (drawn_variance_ * static_cast<double>(kCountingDraws));
     const double variance = (products - scale * of_noise) / (pairs * correlation);
     const double error = std::sqrt(squared_products) / (pairs * correlation);
     return variance > error ? variance - error * error / variance : 0.0;

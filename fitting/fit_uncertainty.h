@@ -11,8 +11,8 @@ namespace annulus {
 /// fitted ones with the weights as they were chosen, twicing included.
 struct FitUncertainty {
   double effective_parameters = 0.0;  ///< trace S
-  /// Sd of a return about the surface, mm: the residuals' squares over their expectation
-  /// (n − 2 trace S + trace S², Buja, Hastie, Tibshirani 1989).
+  /// Sd of a return about the surface, mm: the residuals' squares over their expectation, n − 2 trace S + trace SSᵀ
+  /// (Buja, Hastie, Tibshirani 1989), both without the returns that are more than four sd away.
   double noise_sigma = 0.0;
   double rms = 0.0;  ///< Of the residuals, mm.
   /// Sd of detail that the smoothing takes away beyond what the posterior expects, mm. Detail makes the residuals of
