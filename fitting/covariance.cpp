@@ -159,6 +159,10 @@ Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::Spars
 
 Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::SparseMatrix<double>& upper,
                                                               const HierarchicalSpline& basis) {
+  if (upper.cols() != static_cast<Eigen::Index>(basis.size())) {
+    return Fail("compute the model's uncertainty", "its normal matrix has another size than its surface",
+                "fit the scan again");
+  }
   auto factor = FrontalCholesky::Factor(std::make_shared<const EliminationTree>(basis), upper);
   if (!factor) return FromNormalMatrix(upper);  // it has entries of its own, or says what is wrong
   return SurfaceCovariance(std::make_unique<FrontFactor>(std::move(*factor)));

@@ -3,17 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
+#include "fitting/fit_surface.h"
 #include "fitting/spline_surface.h"
+#include "tests/fitting/synthetic_scan.h"
 
 namespace annulus {
 namespace {
 
-double Uniform(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1p-53;
-}
+using test::Uniform;
 
 /// Normal matrix of random observations of a small surface, dense and as a sparse upper triangle.
 struct Problem {
@@ -96,6 +100,71 @@ TEST(SurfaceCovariance, TakesAMatrixWithFewerEntriesThanTheSurfaceCouples) {
     expected += row.value[n] * row.value[n] / 4.0;
   }
   EXPECT_NEAR(covariance->LocalVariance(local), expected, 1e-14);
+}
+
+/// A scan of a trunk with a bump, so that its spline is refined, with its normal matrix.
+SurfaceSegment RefinedSegment() {
+  test::ScanShape shape;
+  shape.levels = 40;
+  shape.sensors = 48;
+  shape.noise = 0.3;
+  const auto bumpy = [](double theta, double z) {
+    return test::SmoothTrunk(theta, z) +
+           12.0 * std::exp(-std::pow((theta - 3.0) / 0.15, 2) - std::pow((z - 90.0) / 9.0, 2));
+  };
+  auto fit = FitSurface(test::SyntheticScan(bumpy, shape), {}, {});
+  if (!fit) throw std::runtime_error(fit.error().Text());
+  return std::move(fit->model.segments.front());
+}
+
+TEST(SurfaceCovariance, OfARefinedSplineIsTheDenseInverse) {
+  const SurfaceSegment segment = RefinedSegment();
+  const std::vector<SplineLeaf>& leaves = segment.hierarchy->leaves();
+  ASSERT_TRUE(std::any_of(leaves.begin(), leaves.end(), [](const SplineLeaf& leaf) { return !leaf.plain; }));
+  const Eigen::MatrixXd upper = segment.normal_matrix;
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(upper.selfadjointView<Eigen::Upper>()).inverse();
+  const auto covariance = SurfaceCovariance::FromNormalMatrix(segment.normal_matrix, *segment.hierarchy);
+  ASSERT_TRUE(covariance.has_value()) << covariance.error().Text();
+  std::mt19937_64 random(9);
+  for (int k = 0; k < 300; ++k) {
+    const std::vector<CoefficientWeight> local = segment.hierarchy->ActiveRow(
+        Uniform(random, 0.0, kTwoPi), Uniform(random, segment.surface.z_min(), segment.surface.z_max()));
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(inverse.rows());
+    for (const CoefficientWeight& w : local) gradient[static_cast<Eigen::Index>(w.index)] += w.weight;
+    const double expected = gradient.dot(inverse * gradient);
+    EXPECT_NEAR(covariance->LocalVariance(local), expected, 1e-9 * expected);
+    EXPECT_NEAR(covariance->Variance(gradient), expected, 1e-9 * expected);
+  }
+}
+
+TEST(SurfaceCovariance, TakesAMatrixThatCouplesMoreThanTheSplineDoes) {
+  SurfaceSegment segment = RefinedSegment();
+  const Eigen::Index n = segment.normal_matrix.cols();
+  segment.normal_matrix.coeffRef(0, n - 1) += 1e-3;
+  const Eigen::MatrixXd upper = segment.normal_matrix;
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(upper.selfadjointView<Eigen::Upper>()).inverse();
+  const auto covariance = SurfaceCovariance::FromNormalMatrix(segment.normal_matrix, *segment.hierarchy);
+  ASSERT_TRUE(covariance.has_value());
+  const std::vector<CoefficientWeight> local = segment.hierarchy->ActiveRow(0.1, segment.surface.z_max());
+  double expected = 0.0;
+  for (const CoefficientWeight& a : local) {
+    for (const CoefficientWeight& b : local) {
+      expected += a.weight * b.weight * inverse(static_cast<Eigen::Index>(a.index), static_cast<Eigen::Index>(b.index));
+    }
+  }
+  EXPECT_NEAR(covariance->LocalVariance(local), expected, 1e-9 * expected);
+}
+
+TEST(SurfaceCovariance, OfARefinedSplineRefusesAMatrixThatIsNotPositiveDefinite) {
+  SurfaceSegment segment = RefinedSegment();
+  segment.normal_matrix.coeffRef(5, 5) = -1.0;
+  EXPECT_FALSE(SurfaceCovariance::FromNormalMatrix(segment.normal_matrix, *segment.hierarchy).has_value());
+  segment.normal_matrix.coeffRef(5, 5) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(SurfaceCovariance::FromNormalMatrix(segment.normal_matrix, *segment.hierarchy).has_value());
+  segment.normal_matrix.resize(3, 3);
+  segment.normal_matrix.setIdentity();
+  const auto other = SurfaceCovariance::FromNormalMatrix(segment.normal_matrix, *segment.hierarchy);
+  EXPECT_FALSE(other.has_value());
 }
 
 TEST(SurfaceCovariance, RefusesAMatrixThatIsNotPositiveDefinite) {
