@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace annulus {
 namespace {
 
-constexpr double kUnresolved = 3.35;        // standard deviations of a window's sum
+constexpr double kSeed = 3.8;              // standard deviations of a window's sum: detail for certain
+constexpr double kSpread = 2.0;            // of a window about a cell beside detail: it goes on there
 constexpr double kUsualCells = 180 * 360;  // a scan with more cells has no more false alarms than one with so many
 
 /// Sums over windows of 2·half + 1 cells, cyclic in columns, cut off at the first and last row.
@@ -139,25 +141,59 @@ std::vector<std::uint32_t> LoneSamples(const FitInput& input, const SplineSystem
   return lone;
 }
 
+namespace {
+
+/// Adds to `flags` the cells of `more` that hang together with them (8 neighbours, cyclic in columns).
+std::vector<char> Grown(const CellGrid& cells, std::vector<char> flags, const std::vector<char>& more) {
+  const std::size_t columns = cells.columns();
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < flags.size(); ++k) {
+    if (flags[k] != 0) open.push_back(k);
+  }
+  while (!open.empty()) {
+    const std::size_t row = open.back() / columns;
+    const std::size_t column = open.back() % columns;
+    open.pop_back();
+    for (std::size_t r = row - std::min<std::size_t>(row, 1); r <= std::min(row + 1, cells.rows() - 1); ++r) {
+      for (std::size_t step = columns - 1; step <= columns + 1; ++step) {
+        const std::size_t other = r * columns + (column + step) % columns;
+        if (more[other] == 0 || flags[other] != 0) continue;
+        flags[other] = 1;
+        open.push_back(other);
+      }
+    }
+  }
+  return flags;
+}
+
+}  // namespace
+
 std::vector<char> UnresolvedCells(const FitInput& input, const ResidualMaps& residuals) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kHalves{{{0, 0}, {1, 1}, {0, 2}, {2, 0}, {0, 1}, {1, 0}}};
   const CellGrid& cells = input.cells;
   // The tail of the normal distribution beyond k falls about as exp(-k²/2).
-  const double crowd = static_cast<double>(residuals.sum.size()) / kUsualCells;
-  const double square = kUnresolved * kUnresolved + 2.0 * std::log(std::max(1.0, crowd));
-  std::vector<char> unresolved(residuals.sum.size(), 0);
+  const double crowd = 2.0 * std::log(std::max(1.0, static_cast<double>(residuals.sum.size()) / kUsualCells));
+  const double variance = input.noise * input.noise;
+  std::vector<char> certain(residuals.sum.size(), 0);
+  std::vector<char> likely(residuals.sum.size(), 0);
   for (const auto& [half_rows, half_columns] : kHalves) {
     const std::vector<double> sum = SumUp(cells, SumAcross(cells, residuals.sum, half_columns), half_rows);
     const std::vector<double> count = SumUp(cells, SumAcross(cells, residuals.count, half_columns), half_rows);
-    const double limit = square * input.noise * input.noise;
+    const bool single = half_rows + half_columns == 0;
     std::vector<char> beyond(sum.size());
-    for (std::size_t k = 0; k < sum.size(); ++k) beyond[k] = sum[k] * sum[k] > limit * count[k] ? 1 : 0;
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      beyond[k] = sum[k] * sum[k] > (kSeed * kSeed + crowd) * variance * count[k] ? 1 : 0;
+      if (!single && sum[k] * sum[k] > (kSpread * kSpread + crowd) * variance * count[k]) likely[k] = 1;
+    }
     const std::vector<char> window = Spread(cells, beyond, half_rows, half_columns);
     for (std::size_t k = 0; k < window.size(); ++k) {
-      if (window[k] != 0 && residuals.count[k] > 0.0) unresolved[k] = 1;
+      if (window[k] != 0) certain[k] = 1;
     }
   }
-  return unresolved;
+  for (std::size_t k = 0; k < certain.size(); ++k) {
+    if (residuals.count[k] == 0.0) certain[k] = likely[k] = 0;
+  }
+  return Grown(cells, std::move(certain), likely);
 }
 
 }  // namespace annulus

@@ -30,8 +30,9 @@ struct ResidualMaps {
                                                      const Eigen::VectorXd& residuals);
 
 /// Flags of cells in which the residuals are not noise: in some window around (1 × 1 to 5 × 5 cells) that has data
-/// their sum is more than 3.35 standard deviations (more on scans of very many cells). Cells without data are never
-/// flagged: nothing is resolved in a hole.
+/// their sum is more than 3.8 standard deviations; and from there on as long as it is more than 2 in a window about the
+/// cell (hysteresis: Canny 1986), since detail hangs together and noise does not. More on scans of very many cells.
+/// Cells without data are never flagged: nothing is resolved in a hole.
 [[nodiscard]] std::vector<char> UnresolvedCells(const FitInput& input, const ResidualMaps& residuals);
 
 }  // namespace annulus

@@ -302,10 +302,15 @@ TEST(UnresolvedCells, AreWhereResidualsAreNotNoise) {
     const std::vector<char> flags = UnresolvedCells(input, bumped);
     return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), 1));
   };
-  EXPECT_EQ(flags_with(1, 1, 3.3), 0U);  // one cell: 3.3 standard deviations
-  EXPECT_GT(flags_with(1, 1, 3.4), 0U);
-  EXPECT_EQ(flags_with(3, 3, 1.1), 0U);  // nine cells: 9.9 against 3.35·3
-  EXPECT_GT(flags_with(3, 3, 1.15), 0U);
+  EXPECT_EQ(flags_with(1, 1, 3.7), 0U);  // one cell: 3.7 standard deviations
+  EXPECT_GT(flags_with(1, 1, 3.9), 0U);
+  EXPECT_EQ(flags_with(3, 3, 1.25), 0U);  // nine cells: 11.25 against 3.8·3
+  EXPECT_GT(flags_with(3, 3, 1.3), 0U);
+  // Along a line that is certain at one end only, they go on: three cells of 1.3 are 2.25 standard deviations.
+  ResidualMaps line = maps;
+  for (std::size_t c = 0; c < 30; ++c) line.sum[problem.cells->Index(c, 12)] = c < 3 ? 4.0 : 1.3;
+  const std::vector<char> flags = UnresolvedCells(input, line);
+  for (std::size_t c = 0; c < 29; ++c) EXPECT_EQ(flags[problem.cells->Index(c, 12)], 1) << c;
 }
 
 }  // namespace
