@@ -94,6 +94,7 @@ void ExpectSameModel(const SurfaceModel& a, const SurfaceModel& b) {
     }
     ASSERT_EQ(x.normal_matrix.nonZeros(), y.normal_matrix.nonZeros());
     EXPECT_EQ((x.normal_matrix - y.normal_matrix).norm(), 0.0);
+    ExpectSameBits(x.detail_sigma, y.detail_sigma);
   }
   ExpectSameBits(a.noise_sigma_mm, b.noise_sigma_mm);
   EXPECT_EQ(a.provenance.recording_hash, b.provenance.recording_hash);
@@ -118,6 +119,25 @@ TEST(ModelJson, ReadsBackToTheSameBitsAndWritesTheSameBytes) {
   ASSERT_TRUE(again.has_value()) << again.error().Text();
   ExpectSameModel(model, *again);
   EXPECT_EQ(ModelToJson(*again), text);
+}
+
+TEST(ModelJson, KeepsTheDetail) {
+  SurfaceModel model = SmallModel();
+  EXPECT_FALSE(Json::parse(ModelToJson(model))["surfaces"][0].contains("detail_sigma_mm"));
+  model.segments.front().detail_sigma = 1.0 / 30.0;
+  const std::string text = ModelToJson(model);
+  const auto again = ModelFromJson(text, "m.json");
+  ASSERT_TRUE(again.has_value()) << again.error().Text();
+  ExpectSameModel(model, *again);
+  EXPECT_EQ(ModelToJson(*again), text);
+}
+
+TEST(ModelJson, RefusesDetailThatIsNoLength) {
+  for (const Json& wrong : {Json(-0.1), Json("much"), Json(nullptr), Json(1e10), Json(true)}) {
+    EXPECT_THAT(ErrorAfter([&](Json& json) { json["surfaces"][0]["detail_sigma_mm"] = wrong; }),
+                HasSubstr("detail_sigma_mm"))
+        << wrong;
+  }
 }
 
 TEST(ModelJson, ReadsAFittedModelBackToTheSameBits) {

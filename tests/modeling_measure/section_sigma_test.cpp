@@ -112,6 +112,44 @@ TEST(Sigma, OfARadiusFollowsFromIndependentCoefficients) {
   EXPECT_NEAR(body->RadiusSigma(0.0, 50.0), 0.3 * 0.5, 1e-12);
 }
 
+TEST(Sigma, OfARadiusHoldsTheDetail) {
+  SurfaceModel model = UncertainBody();
+  const auto smooth = MeasuredSurface::FromModel(model);
+  ASSERT_TRUE(smooth.has_value());
+  SurfaceModel rough = model;
+  rough.segments.front().detail_sigma = 0.3;
+  const auto body = MeasuredSurface::FromModel(rough);
+  ASSERT_TRUE(body.has_value());
+  for (const double theta : {0.0, 1.3, 4.0}) {
+    EXPECT_NEAR(body->RadiusSigma(theta, 40.0), std::hypot(smooth->RadiusSigma(theta, 40.0), 0.3), 1e-12);
+  }
+}
+
+TEST(Sigma, OfMeasuresTakesDetailAsIndependentErrorsOfTheCoefficients) {
+  // Coefficients of sd d on a uniform grid give a radius the mean variance d² (∫N²)², ∫N² = 151/315 for cubic B-splines
+  // (scipy.interpolate.BSpline.basis_element(range(5)), squared, integrated over 0 … 4).
+  SurfaceModel model = test::InterpolatedBody([](double, double) { return 90.0; }, 12, UniformBreakpoints(0, 100, 10));
+  SurfaceSegment& segment = model.segments.front();
+  const Eigen::Index n = segment.surface.coefficients().size();
+  segment.normal_matrix.resize(n, n);
+  segment.normal_matrix.setIdentity();
+  segment.normal_matrix *= 1e12;  // nothing else is uncertain
+  segment.detail_sigma = 0.3;
+  const auto body = MeasuredSurface::FromModel(model);
+  ASSERT_TRUE(body.has_value());
+  std::mt19937_64 random(31);
+  double variance = 0.0;
+  constexpr int kPlaces = 4000;
+  for (int k = 0; k < kPlaces; ++k) {
+    const RadiusRow row = segment.surface.Row(test::Uniform(random, 0.0, kTwoPi),
+                                              test::Uniform(random, 30.0, 70.0));  // away from the ends
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+    for (std::size_t a = 0; a < 16; ++a) gradient[static_cast<Eigen::Index>(row.index[a])] += row.value[a];
+    variance += std::pow(body->WithSigma(90.0, gradient).sigma, 2) / kPlaces;
+  }
+  EXPECT_NEAR(std::sqrt(variance), 0.3, 0.003);
+}
+
 TEST(Sigma, OfFittedGirthsCoversTheTruth) {
   // Deviation over sigma of girths on smooth trunks, many seeds: root mean square 1 if sigma were exact. Smoothing
   // leaves some bias on top, and the truth is smoother than the prior: hence the bounds.
