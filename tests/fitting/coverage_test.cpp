@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -263,12 +266,15 @@ TEST(Coverage, OfTheBandOnSmoothRegionsIsItsProbability) {
         const RadiusFunction body = c.body(seed);
         if (!truth || !c.same_body) truth.emplace(body, how);
         const Count one = CountOne(body, *truth, how);
-        EXPECT_GT(one.chi_square, 0.9) << c.name << ", noise " << noise << ", seed " << seed;
-        EXPECT_LT(one.chi_square, 1.1) << c.name << ", noise " << noise << ", seed " << seed;
+        // 4,800 returns: chi-square scatters by 0.02, and a rough body's fit by as much again.
+        EXPECT_NEAR(one.chi_square, 1.0, 0.15) << c.name << ", noise " << noise << ", seed " << seed;
         count.Add(one);
       }
       std::printf("%-26s noise %.2f mm: %3.0f scans, %6.0f cells, coverage %.3f, chi-square %.3f\n", c.name.c_str(),
                   noise, count.scans, count.cells, count.coverage(), count.chi_square / count.scans);
+      EXPECT_NEAR(count.chi_square / count.scans, 1.0, 0.1) << c.name << ", noise " << noise;
+      EXPECT_GE(count.coverage(), 0.90) << c.name << ", noise " << noise;
+      EXPECT_LE(count.coverage(), 0.985) << c.name << ", noise " << noise;  // very smooth ones: too wide a band
       all.Add(count);
     }
   }
