@@ -83,7 +83,7 @@ std::optional<double> FrontalInverse::Variance(std::span<const CoefficientWeight
       last = n;
     }
     const double* column = panels_.data() + panel_first_[n] +
-                           (entries[a].position - node.own_first) * (node.own_count + node.boundary_count);
+                           std::size_t{entries[a].position - node.own_first} * (node.own_count + node.boundary_count);
     double sum = 0.5 * entries[a].weight * column[entries[a].row];
     for (std::size_t b = a + 1; b < entries.size(); ++b) sum += entries[b].weight * column[entries[b].row];
     variance += 2.0 * entries[a].weight * sum;

@@ -214,7 +214,7 @@ RadiusFunction RandomBody(std::uint64_t seed) {
 std::vector<Case> Cases() {
   static const sim::ParametricBody kHead = sim::MakeHead({1580.0, {-2.0, 4.0, -0.1}});
   static const sim::ParametricBody kPerson = sim::MakePerson({1820.0, 1.08, {-3.0, 5.0, 0.1}});
-  const auto always = [](RadiusFunction body) { return [body](std::uint64_t) { return body; }; };
+  const auto always = [](const RadiusFunction& body) { return [body](std::uint64_t) { return body; }; };
   const auto how = [](const std::function<void(Scanning&)>& change) {
     Scanning scanning;
     change(scanning);
