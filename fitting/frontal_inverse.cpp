@@ -48,13 +48,17 @@ FrontalInverse::FrontalInverse(const FrontalCholesky& factor) : tree_(factor.sha
       }
       if (nodes[parent].left == static_cast<std::int32_t>(n)) fronts[parent].resize(0, 0);  // the last to need it
     }
-    const FrontalCholesky::Columns columns = factor.ColumnsOf(n);
-    const auto lower = columns.topRows(own).triangularView<Eigen::Lower>();
-    const Eigen::MatrixXd x = lower.transpose().solve(columns.bottomRows(boundary).transpose()).transpose();
-    const Eigen::MatrixXd root = lower.solve(Eigen::MatrixXd::Identity(own, own));
-    z.bottomLeftCorner(boundary, own).noalias() = -z.bottomRightCorner(boundary, boundary) * x;
-    z.topLeftCorner(own, own).noalias() = root.transpose() * root;
-    z.topLeftCorner(own, own).noalias() -= x.transpose() * z.bottomLeftCorner(boundary, own);
+    if (own > 0) {
+      const FrontalCholesky::Columns columns = factor.ColumnsOf(n);
+      const auto lower = columns.topRows(own).triangularView<Eigen::Lower>();
+      const Eigen::MatrixXd root = lower.solve(Eigen::MatrixXd::Identity(own, own));
+      z.topLeftCorner(own, own).noalias() = root.transpose() * root;
+      if (boundary > 0) {
+        const Eigen::MatrixXd x = lower.transpose().solve(columns.bottomRows(boundary).transpose()).transpose();
+        z.bottomLeftCorner(boundary, own).noalias() = -z.bottomRightCorner(boundary, boundary) * x;
+        z.topLeftCorner(own, own).noalias() -= x.transpose() * z.bottomLeftCorner(boundary, own);
+      }
+    }
     Eigen::Map<Eigen::MatrixXd>(panels_.data() + panel_first_[n], own + boundary, own) = z.leftCols(own);
     if (node.left < 0) continue;
     z.topRightCorner(own, boundary) = z.bottomLeftCorner(boundary, own).transpose();
