@@ -291,25 +291,69 @@ Screening ScreenSamples(std::span<const SurfaceSample> samples, const SampleGrid
   return screening;
 }
 
+namespace {
+
+/// A sample and its four neighbours in the order of the ring.
+struct Cross {
+  const SurfaceSample& centre;
+  const SurfaceSample& left;
+  const SurfaceSample& right;
+  const SurfaceSample& below;
+  const SurfaceSample& above;
+};
+
+/// How far the centre is from the middle between `from` and `to` (left and right, or below and above), in noise
+/// standard deviations of one return: where the three do not stand evenly in theta or height, the slope through the
+/// four neighbours accounts for it. On an even grid this is the second difference over sqrt(6).
+double Departure(const Cross& at, const SurfaceSample& from, const SurfaceSample& to) {
+  const auto aside = [&](const SurfaceSample& s) { return AngleDifference(s.theta, at.centre.theta); };
+  const double theta_off = -0.5 * (aside(from) + aside(to));
+  const double z_off = at.centre.z - 0.5 * (from.z + to.z);
+  // Slopes a, b: a·(θ_right − θ_left) + b·(z_right − z_left) = r_right − r_left, and the same upwards.
+  const double theta_across = aside(at.right) - aside(at.left);
+  const double z_across = at.right.z - at.left.z;
+  const double theta_up = aside(at.above) - aside(at.below);
+  const double z_up = at.above.z - at.below.z;
+  const double determinant = theta_across * z_up - z_across * theta_up;
+  double across = 0.0;  // weights of both differences of radii
+  double up = 0.0;
+  if (std::abs(determinant) > 1e-9) {  // else several sweeps at one height: nothing stands off
+    across = (theta_off * z_up - z_off * theta_up) / determinant;
+    up = (z_off * theta_across - theta_off * z_across) / determinant;
+  }
+  const double departure = at.centre.radius - 0.5 * (from.radius + to.radius) -
+                           across * (at.right.radius - at.left.radius) - up * (at.above.radius - at.below.radius);
+  return std::abs(departure) / std::sqrt(1.5 + 2.0 * (across * across + up * up));
+}
+
+}  // namespace
+
 double EstimateNoise(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                      std::span<const SampleVerdict> verdicts) {
   constexpr std::size_t kEnough = 30;
-  const RadiusField field(samples, grid, verdicts);
-  double sigma = std::numeric_limits<double>::infinity();
-  std::vector<double> bends;
-  bends.reserve(grid.rows() * grid.columns());
-  for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, field.stride()}) {
-    bends.clear();
-    for (std::size_t row = 0; row < grid.rows(); ++row) {
-      const double* radii = field.Row(row);
-      for (const double* cell = radii; cell != radii + grid.columns(); ++cell) {
-        const double bend = std::abs(cell[-step] - 2.0 * *cell + cell[step]);  // sd: sqrt(6) that of the noise
-        if (!std::isnan(bend)) bends.push_back(bend);
-      }
+  std::vector<double> sideways;
+  std::vector<double> upwards;
+  sideways.reserve(grid.rows() * grid.columns());
+  upwards.reserve(grid.rows() * grid.columns());
+  const auto good = [&](std::size_t row, std::size_t column) -> const SurfaceSample* {
+    const std::size_t k = grid.At(row, column);
+    return k != SampleGrid::kNone && verdicts[k] == SampleVerdict::kGood ? &samples[k] : nullptr;
+  };
+  for (std::size_t row = 1; row + 1 < grid.rows(); ++row) {
+    for (std::size_t column = 0; column < grid.columns(); ++column) {
+      const SurfaceSample* centre = good(row, column);
+      const SurfaceSample* left = good(row, column == 0 ? grid.columns() - 1 : column - 1);
+      const SurfaceSample* right = good(row, column + 1 == grid.columns() ? 0 : column + 1);
+      const SurfaceSample* below = good(row - 1, column);
+      const SurfaceSample* above = good(row + 1, column);
+      if (centre == nullptr || left == nullptr || right == nullptr || below == nullptr || above == nullptr) continue;
+      const Cross cross{*centre, *left, *right, *below, *above};
+      sideways.push_back(Departure(cross, *left, *right));
+      upwards.push_back(Departure(cross, *below, *above));
     }
-    if (bends.size() >= kEnough) sigma = std::min(sigma, kMadToSigma * (MedianOf(bends) / std::sqrt(6.0)));
   }
-  return std::isfinite(sigma) ? sigma : 0.0;
+  if (sideways.size() < kEnough) return 0.0;
+  return kMadToSigma * std::min(MedianOf(sideways), MedianOf(upwards));
 }
 
 }  // namespace annulus

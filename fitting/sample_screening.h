@@ -45,8 +45,9 @@ struct Screening {
 [[nodiscard]] Screening ScreenSamples(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                                       const ScreeningOptions& options);
 
-/// Estimated sd of the noise of one return, mm: median absolute second difference along rows and along columns (the
-/// smaller), of the samples that `verdicts` calls good. 0 when there is too little to tell.
+/// Estimated sd of the noise of one return, mm: median absolute departure of a sample from the middle of its neighbours
+/// in the row, and in the column (the smaller), of the samples that `verdicts` calls good; where samples stand off the
+/// grid the local slope accounts for it. 0 when there is too little to tell.
 [[nodiscard]] double EstimateNoise(std::span<const SurfaceSample> samples, const SampleGrid& grid,
                                    std::span<const SampleVerdict> verdicts);
 

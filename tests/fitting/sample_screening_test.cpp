@@ -278,6 +278,30 @@ TEST(BuildKnowledge, IsInferredUpTo40MillimetresOfSkinFromAReturn) {
   }
 }
 
+TEST(EstimateNoise, DoesNotTakeSlopesForNoiseWhereSamplesStandOffTheGrid) {
+  // Slopes of up to 1.5 mm/mm and little bend, every sample up to 0.3 of the pitch off in theta and height: 2 mm of
+  // radius.
+  const auto radius = [](double theta, double z) {
+    return 150.0 + 30.0 * std::cos(2.0 * theta) + 60.0 * std::sin(z / 40.0);
+  };
+  std::mt19937_64 random(8);
+  std::vector<SurfaceSample> samples;
+  for (std::uint32_t level = 0; level < 80; ++level) {
+    for (std::uint16_t sensor = 0; sensor < 180; ++sensor) {
+      SurfaceSample s;
+      s.theta = WrapAngle(kTwoPi * (sensor + test::Uniform(random, -0.3, 0.3)) / 180.0);
+      s.z = 5.0 * (level + test::Uniform(random, -0.3, 0.3));
+      s.radius = radius(s.theta, s.z) + 0.25 * test::Normal(random);
+      s.level = level;
+      s.sensor = sensor;
+      samples.push_back(s);
+    }
+  }
+  const SampleGrid grid(samples);
+  EXPECT_NEAR(EstimateNoise(samples, grid, std::vector<SampleVerdict>(samples.size(), SampleVerdict::kGood)), 0.25,
+              0.03);
+}
+
 TEST(EstimateNoise, IsTheSpreadOfTheReturnsWhateverTheOutliers) {
   const std::vector<SurfaceSample> samples = SpoiledScan(9);
   const SampleGrid grid(samples);
