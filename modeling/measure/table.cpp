@@ -99,11 +99,11 @@ void AddLine(const MeasuredSurface& body, const SurfaceLine& line, double lower,
   const std::string where = std::string(line.upper) + " level to the " + line.lower +
                             " level in the plane theta = " + std::to_string(static_cast<int>(line.theta_deg)) +
                             " degrees.";
-  table.measurements.push_back({line.id, line.term, "Length along the surface from the " + where, "mm", *along, share,
-                                kSegmentLength, landmarks});
+  table.measurements.push_back({line.id, line.term, "Length along the surface from the " + where, "mm",
+                                body.WithSigma(*along), share, kSegmentLength, landmarks});
   table.measurements.push_back({std::string(line.id) + "_tape", std::string(line.term) + ", taut",
-                                "Length of a taut tape over the surface from the " + where, "mm", *taut, share,
-                                kSegmentLength, landmarks});
+                                "Length of a taut tape over the surface from the " + where, "mm", body.WithSigma(*taut),
+                                share, kSegmentLength, landmarks});
 }
 
 }  // namespace

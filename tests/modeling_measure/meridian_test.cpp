@@ -18,7 +18,7 @@ std::vector<double> Breaks() {
   return breaks;
 }
 
-double Value(const Result<Uncertain>& result) {
+double Value(const Result<Estimate>& result) {
   if (!result) throw std::runtime_error(result.error().Text());
   return result->value;
 }

@@ -48,7 +48,8 @@ Numbers Measure(const SurfaceModel& model) {
   const auto meridian = MeridianLength(*body, 1.0, 10.0, 90.0);
   const auto meridian_tape = MeridianTape(*body, 1.0, 10.0, 90.0);
   if (!section || !slab || !meridian || !meridian_tape) throw std::runtime_error("the body cannot be measured");
-  return {{section->perimeter, section->tape, section->area, slab->volume, slab->area, *meridian, *meridian_tape}};
+  return {{section->perimeter, section->tape, section->area, slab->volume, slab->area,
+           body->WithSigma(*meridian), body->WithSigma(*meridian_tape)}};
 }
 
 TEST(Sigma, IsTheScatterOverSurfacesDrawnFromTheCovariance) {
