@@ -48,8 +48,8 @@ Numbers Measure(const SurfaceModel& model) {
   const auto meridian = MeridianLength(*body, 1.0, 10.0, 90.0);
   const auto meridian_tape = MeridianTape(*body, 1.0, 10.0, 90.0);
   if (!section || !slab || !meridian || !meridian_tape) throw std::runtime_error("the body cannot be measured");
-  return {{section->perimeter, section->tape, section->area, slab->volume, slab->area,
-           body->WithSigma(*meridian), body->WithSigma(*meridian_tape)}};
+  return {{section->perimeter, section->tape, section->area, slab->volume, slab->area, body->WithSigma(*meridian),
+           body->WithSigma(*meridian_tape)}};
 }
 
 TEST(Sigma, IsTheScatterOverSurfacesDrawnFromTheCovariance) {
@@ -144,9 +144,9 @@ TEST(Sigma, OfMeasuresTakesDetailAsIndependentErrorsOfTheCoefficients) {
   for (int k = 0; k < kPlaces; ++k) {
     const RadiusRow row = segment.surface.Row(test::Uniform(random, 0.0, kTwoPi),
                                               test::Uniform(random, 30.0, 70.0));  // away from the ends
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
-    for (std::size_t a = 0; a < 16; ++a) gradient[static_cast<Eigen::Index>(row.index[a])] += row.value[a];
-    variance += std::pow(body->WithSigma(90.0, gradient).sigma, 2) / kPlaces;
+    GradientSum gradient(segment.surface);
+    gradient.AddRow(row, 1.0, 0.0, 0.0);
+    variance += std::pow(body->WithSigma({90.0, gradient.Get()}).sigma, 2) / kPlaces;
   }
   EXPECT_NEAR(std::sqrt(variance), 0.3, 0.003);
 }
