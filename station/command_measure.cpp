@@ -9,28 +9,13 @@
 #include "modeling/measure/section.h"
 #include "modeling/measure/table.h"
 #include "station/commands.h"
-#include "station/files.h"
+#include "station/loaded_model.h"
 #include "station/measurement_output.h"
 
 namespace annulus {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// A model and its measured surface, which borrows it.
-struct LoadedModel {
-  std::unique_ptr<const SurfaceModel> model;
-  MeasuredSurface body;
-};
-
-Result<LoadedModel> Load(CommandIo& io, const std::string& path) {
-  auto model = ReadModelFile(io.storage(), path);
-  if (!model) return Fail(model);
-  auto owned = std::make_unique<const SurfaceModel>(std::move(*model));
-  auto body = MeasuredSurface::FromModel(*owned);
-  if (!body) return Fail(body);
-  return LoadedModel{std::move(owned), *body};
-}
 
 struct SectionOptions {
   std::string model;
@@ -39,7 +24,7 @@ struct SectionOptions {
 };
 
 Status RunSection(const SectionOptions& options, CommandIo& io) {
-  const auto loaded = Load(io, options.model);
+  const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
   const auto s = MeasureSection(loaded->body, options.z_mm);
   if (!s) return Fail(s);
@@ -67,7 +52,7 @@ struct SlabOptions {
 };
 
 Status RunSlab(const SlabOptions& options, CommandIo& io) {
-  const auto loaded = Load(io, options.model);
+  const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
   const auto s = MeasureSlab(loaded->body, options.z_min_mm, options.z_max_mm);
   if (!s) return Fail(s);
@@ -99,7 +84,7 @@ Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
     if (!path.ends_with(".json") && !path.ends_with(".csv")) return NotYet(io, "write measurements to " + path);
     if (path.ends_with(".freesewing.json")) return NotYet(io, "write measurements to " + path);
   }
-  const auto loaded = Load(io, options.model);
+  const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
   ProgressDisplay display(io.progress_mode());
   TaskContext context;
