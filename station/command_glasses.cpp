@@ -48,7 +48,7 @@ Json WornReport(const WornFrame& worn) {
   for (const NamedFacePoint& named : FacePointNames()) {
     const FacePoint& point = worn.face.*named.member;
     points[std::string(named.name)] = {{"position_mm", PointToJson(point.position)},
-                                       {"source", FacePointSourceName(point.source)}};
+                                       {"source", LandmarkSourceName(point.source)}};
   }
   return {{"width_mm", worn.parameters.width},
           {"tilt_deg", DegreesFromRadians(worn.tilt)},
@@ -76,7 +76,7 @@ std::string WornText(const WornFrame& worn) {
   for (const NamedFacePoint& named : FacePointNames()) {
     const FacePoint& point = worn.face.*named.member;
     text += fmt::format("{:<12} {:8.1f} {:8.1f} {:8.1f} mm  {}\n", named.name, point.position.x(), point.position.y(),
-                        point.position.z(), FacePointSourceName(point.source));
+                        point.position.z(), LandmarkSourceName(point.source));
   }
   return text;
 }

@@ -182,7 +182,7 @@ std::string Glasses(const DemoGlasses& glasses) {
   html += Fact("Residuals", fmt::format("eyes {:.2f} and {:.2f} mm, bridge {:.2f} mm, ears {:.2f} and {:.2f} mm",
                                         worn.residuals.eye_right, worn.residuals.eye_left, worn.residuals.bridge,
                                         worn.residuals.ear_right, worn.residuals.ear_left));
-  for (const FacePointSource source : {FacePointSource::kDetected, FacePointSource::kProportion}) {
+  for (const LandmarkSource source : {LandmarkSource::kDetected, LandmarkSource::kProportion}) {
     std::string names;
     for (const NamedFacePoint& named : FacePointNames()) {
       if ((worn.face.*named.member).source != source) continue;
@@ -191,7 +191,7 @@ std::string Glasses(const DemoGlasses& glasses) {
       names += (names.empty() ? "" : ", ") + name;
     }
     if (names.empty()) continue;
-    html += Fact(source == FacePointSource::kDetected ? "Found on the surface" : "Placed by proportion", names);
+    html += Fact(source == LandmarkSource::kDetected ? "Found on the surface" : "Placed by proportion", names);
   }
   return html + "</tbody></table></div>\n";
 }

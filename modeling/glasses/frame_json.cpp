@@ -123,15 +123,14 @@ OrderedJson ToJson(const FacePoints& face) {
   for (const NamedFacePoint& point : FacePointNames()) {
     const FacePoint& value = face.*point.member;
     json[std::string(point.name)] = {{"position_mm", ToJson(value.position)},
-                                     {"source", FacePointSourceName(value.source)}};
+                                     {"source", LandmarkSourceName(value.source)}};
   }
   return json;
 }
 
-Result<FacePointSource> ReadSource(const Reader& reader, const Json& text) {
-  for (const FacePointSource source :
-       {FacePointSource::kDetected, FacePointSource::kProportion, FacePointSource::kGiven}) {
-    if (text.is_string() && text.get_ref<const std::string&>() == FacePointSourceName(source)) return source;
+Result<LandmarkSource> ReadSource(const Reader& reader, const Json& text) {
+  for (const LandmarkSource source : {LandmarkSource::kDetected, LandmarkSource::kProportion, LandmarkSource::kGiven}) {
+    if (text.is_string() && text.get_ref<const std::string&>() == LandmarkSourceName(source)) return source;
   }
   return reader.Refuse("a face point's 'source' is unknown");
 }
@@ -145,7 +144,7 @@ Result<FacePoints> ReadFace(const Reader& reader, const Json& root) {
     RETURN_IF_ERROR(entry);
     const Result<Eigen::Vector3d> position = reader.Vector(entry->value("position_mm", Json()), point.name);
     RETURN_IF_ERROR(position);
-    const Result<FacePointSource> source = ReadSource(reader, entry->value("source", Json()));
+    const Result<LandmarkSource> source = ReadSource(reader, entry->value("source", Json()));
     RETURN_IF_ERROR(source);
     face.*point.member = {*position, *source};
   }

@@ -8,9 +8,9 @@
 #include "base/result.h"
 #include "base/units.h"
 #include "fitting/spline_surface.h"
-#include "modeling/glasses/face_points.h"
 #include "modeling/glasses/frame.h"
 #include "modeling/glasses/frame_parameters.h"
+#include "modeling/measure/face_points.h"
 
 namespace annulus {
 

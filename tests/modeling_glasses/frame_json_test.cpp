@@ -14,13 +14,13 @@ using testing::HasSubstr;
 
 WornFrame Worn() {
   FacePoints face;
-  face.eye_right = {{31.25, 80, 1580.1}, FacePointSource::kDetected};
-  face.eye_left = {{-30.5, 80, 1581.7}, FacePointSource::kGiven};
-  face.ear_right = {{76, 4, 1584}, FacePointSource::kProportion};
-  face.ear_left = {{-76, 4, 1584}, FacePointSource::kDetected};
-  face.forehead = {{0.1, 99, 1620}, FacePointSource::kDetected};
-  face.sellion = {{0, 94, 1588}, FacePointSource::kDetected};
-  face.pronasale = {{0, 113, 1550}, FacePointSource::kDetected};
+  face.eye_right = {{31.25, 80, 1580.1}, LandmarkSource::kDetected};
+  face.eye_left = {{-30.5, 80, 1581.7}, LandmarkSource::kGiven};
+  face.ear_right = {{76, 4, 1584}, LandmarkSource::kProportion};
+  face.ear_left = {{-76, 4, 1584}, LandmarkSource::kDetected};
+  face.forehead = {{0.1, 99, 1620}, LandmarkSource::kDetected};
+  face.sellion = {{0, 94, 1588}, LandmarkSource::kDetected};
+  face.pronasale = {{0, 113, 1550}, LandmarkSource::kDetected};
   return PlaceFrame(FindFrameStyle("example4").value(), face).value();
 }
 
@@ -75,8 +75,8 @@ TEST(WornJson, ReadsBackTheSameBits) {
   EXPECT_EQ(WornFrameToJson(*read), text);
   EXPECT_EQ(read->parameters, worn.parameters);
   EXPECT_EQ(read->station_from_frame.matrix(), worn.station_from_frame.matrix());
-  EXPECT_EQ(read->face.eye_left.source, FacePointSource::kGiven);
-  EXPECT_EQ(read->face.ear_right.source, FacePointSource::kProportion);
+  EXPECT_EQ(read->face.eye_left.source, LandmarkSource::kGiven);
+  EXPECT_EQ(read->face.ear_right.source, LandmarkSource::kProportion);
   EXPECT_EQ(read->tilt, worn.tilt);
   EXPECT_EQ(read->ears_in_frame.left, worn.ears_in_frame.left);
 }

@@ -6,22 +6,14 @@
 
 #include "base/result.h"
 #include "fitting/spline_surface.h"
+#include "modeling/measure/landmark.h"
 
 namespace annulus {
-
-/// How a point was found.
-enum class FacePointSource {
-  kDetected,    ///< The feature was found on the surface.
-  kProportion,  ///< The feature was not found; placed by proportion to the face. Say so wherever it is used.
-  kGiven,       ///< Entered by a person.
-};
-/// "detected", "proportion", "given".
-[[nodiscard]] std::string_view FacePointSourceName(FacePointSource source);
 
 /// A point of the face, station frame, mm.
 struct FacePoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  FacePointSource source = FacePointSource::kGiven;
+  LandmarkSource source = LandmarkSource::kGiven;
 };
 
 /// The five data of paper 000, §5, fig. 20, and two more, in the station frame (front +y, +x the subject's right, z

@@ -1,4 +1,4 @@
-#include "modeling/glasses/face_points.h"
+#include "modeling/measure/face_points.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -72,7 +72,7 @@ TEST(FacePoints, AreFoundOnTheSimulatedHead) {
   EXPECT_NEAR(face->eye_right.position.x() - face->eye_left.position.x(), truth.right_eye.x() - truth.left_eye.x(),
               2.5);
   for (const NamedFacePoint& point : FacePointNames()) {
-    EXPECT_EQ(((*face).*point.member).source, FacePointSource::kDetected) << point.name;
+    EXPECT_EQ(((*face).*point.member).source, LandmarkSource::kDetected) << point.name;
   }
 }
 
@@ -114,11 +114,11 @@ TEST(FacePoints, SayWhenAnEarWasPlacedByProportion) {
   };
   const auto face = FindFacePoints(Sampled(radius, 1400.0, 1690.0, 2.0));
   ASSERT_TRUE(face) << face.error().Text();
-  EXPECT_EQ(face->pronasale.source, FacePointSource::kDetected);
+  EXPECT_EQ(face->pronasale.source, LandmarkSource::kDetected);
   EXPECT_NEAR(face->pronasale.position.z(), 1550.0, 2.0);
-  EXPECT_EQ(face->ear_right.source, FacePointSource::kProportion);
-  EXPECT_EQ(face->ear_left.source, FacePointSource::kProportion);
-  EXPECT_EQ(face->eye_right.source, FacePointSource::kProportion);
+  EXPECT_EQ(face->ear_right.source, LandmarkSource::kProportion);
+  EXPECT_EQ(face->ear_left.source, LandmarkSource::kProportion);
+  EXPECT_EQ(face->eye_right.source, LandmarkSource::kProportion);
   EXPECT_NEAR(face->eye_right.position.x(), 31.5, 1e-6);
   EXPECT_NEAR(face->eye_left.position.x(), -31.5, 1e-6);
   // Even so a frame can be placed.

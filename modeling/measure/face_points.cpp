@@ -1,4 +1,4 @@
-#include "modeling/glasses/face_points.h"
+#include "modeling/measure/face_points.h"
 
 #include <fmt/format.h>
 
@@ -114,7 +114,7 @@ FacePoint RefinePronasale(const SplineSurface& head, const HeadGrid& grid, const
     while (angle < RadiansFromDegrees(20.0) && head.Radius(theta + sign * angle, z) > flank) angle += 0.001;
     return angle;
   };
-  return {head.Point(theta + 0.5 * (reach(1.0) - reach(-1.0)), z), FacePointSource::kDetected};
+  return {head.Point(theta + 0.5 * (reach(1.0) - reach(-1.0)), z), LandmarkSource::kDetected};
 }
 
 /// The hollow of the mid profile above the nose: its first minimum, else where it lies deepest under the chord from the
@@ -132,7 +132,7 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
     const bool is_minimum = radius(above) <= radius(above - kStep) && radius(above) < radius(above + kStep);
     // Noise makes shallow minima: a real one has a forehead that comes forward again.
     if (is_minimum && radius(above + 8.0) > radius(above) + 0.3 && radius(above - 8.0) > radius(above) + 0.3) {
-      return {head.Point(theta, tip_z + above), FacePointSource::kDetected};
+      return {head.Point(theta, tip_z + above), LandmarkSource::kDetected};
     }
     const double chord = radius(0.0) + (radius(kChord) - radius(0.0)) * above / kChord;
     if (chord - radius(above) > deepest) {
@@ -140,8 +140,8 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
       chord_place = above;
     }
   }
-  if (deepest >= 1.0) return {head.Point(theta, tip_z + chord_place), FacePointSource::kDetected};
-  return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), FacePointSource::kProportion};
+  if (deepest >= 1.0) return {head.Point(theta, tip_z + chord_place), LandmarkSource::kDetected};
+  return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), LandmarkSource::kProportion};
 }
 
 enum class BodySide { kRight, kLeft };
@@ -194,7 +194,7 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const Vector3
   const double lateral = found ? across.value() : kUsualLateral;
   const double z = found ? height.value() : sellion.z() - kUsualBelow;
   return {SurfaceAtX(head, sellion.x() + sign * lateral, z),
-          found ? FacePointSource::kDetected : FacePointSource::kProportion};
+          found ? LandmarkSource::kDetected : LandmarkSource::kProportion};
 }
 
 /// How far the ear stands out of the head: the surface less its morphological opening around (features narrower than
@@ -295,7 +295,7 @@ FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3
   const std::optional<EarRows> rows = FindEarRows(heights);
   if (!rows) {
     return {head.Point(RadiansFromDegrees(relief.Degree(kUsualForward)), sellion.z() - kUsualBelow),
-            FacePointSource::kProportion};
+            LandmarkSource::kProportion};
   }
   Centroid forward;
   const std::vector<double>& top = heights[rows->upper];
@@ -307,7 +307,7 @@ FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3
   const double base = relief.Base(row)[static_cast<std::size_t>(degree - EarRelief::kBack)];
   const double radius = std::min(grid.r(relief.Degree(degree), row), base + rows->edge);
   return {PointFromCylindrical(RadiansFromDegrees(relief.Degree(degree)), radius, grid.z(row)),
-          FacePointSource::kDetected};
+          LandmarkSource::kDetected};
 }
 
 /// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
@@ -316,22 +316,10 @@ FacePoint FindForehead(const SplineSurface& head, const Vector3d& sellion) {
   constexpr double kSlightlyBefore = 2.0;
   const double z = std::min(sellion.z() + kAboveSellion, head.z_max());
   const Vector3d on_skin = head.Point(std::atan2(sellion.y(), sellion.x()), z);
-  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), FacePointSource::kDetected};
+  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected};
 }
 
 }  // namespace
-
-std::string_view FacePointSourceName(FacePointSource source) {
-  switch (source) {
-    case FacePointSource::kDetected:
-      return "detected";
-    case FacePointSource::kProportion:
-      return "proportion";
-    case FacePointSource::kGiven:
-      return "given";
-  }
-  return "given";
-}
 
 const std::vector<NamedFacePoint>& FacePointNames() {
   static const std::vector<NamedFacePoint> names{
