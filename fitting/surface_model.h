@@ -4,11 +4,13 @@
 #include <Eigen/SparseCore>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fitting/hierarchical_spline.h"
 #include "fitting/spline_surface.h"
+#include "fitting/systematic_errors.h"
 
 namespace annulus {
 
@@ -98,6 +100,8 @@ struct SurfaceModel {
   std::vector<SurfaceSegment> segments;  ///< At least one; the first is the main one.
   double noise_sigma_mm = 0.0;           ///< Estimated sd of one return about the surface.
   Provenance provenance;
+  /// Errors that the residuals of the fit cannot show; absent until a calibration or an estimate of sway says more.
+  std::optional<SystematicErrors> systematic{};
 
   [[nodiscard]] const SurfaceSegment& main() const { return segments.front(); }
 };

@@ -7,6 +7,7 @@
 #include "modeling/exchange/base64.h"
 #include "modeling/exchange/json_fields.h"
 #include "modeling/exchange/paper_json.h"
+#include "modeling/exchange/systematic_json.h"
 
 namespace annulus {
 namespace {
@@ -294,6 +295,7 @@ SurfaceModel ModelFromObject(const Json& json) {
   const Json& seed = Member(provenance, "seed");
   if (!seed.is_number_unsigned()) throw BadModel{"'seed' is not a whole number"};
   model.provenance.seed = seed.get<std::uint64_t>();
+  model.systematic = SystematicFromJson(json);
   return model;
 }
 
@@ -310,8 +312,8 @@ std::string ModelToJson(const SurfaceModel& model) {
                         {"seed", model.provenance.seed}};
   json["noise_sigma_mm"] = model.noise_sigma_mm;
   json["landmarks"] = Json::array();
-  json["calibration_covariance"] = nullptr;
-  json["sway"] = nullptr;
+  json["calibration_covariance"] = CalibrationToJson(model.systematic);
+  json["sway"] = SwayToJson(model.systematic);
   json["surfaces"] = Json::array();
   json["measured"] = Json::array();
   json["normal_matrix"] = Json::array();

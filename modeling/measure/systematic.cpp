@@ -1,0 +1,123 @@
+#include "modeling/measure/systematic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/ensure.h"
+#include "base/frames.h"
+
+namespace annulus {
+namespace {
+
+/// The height at which coefficient j of a clamped cubic spline stands: the mean of its three inner knots.
+std::vector<double> GrevilleHeights(const ClampedCubicBasis& basis) {
+  const std::vector<double>& breaks = basis.breakpoints();
+  const auto knot = [&](std::size_t k) {  // without the outermost of either end
+    return breaks[std::min(k < 2 ? 0 : k - 2, breaks.size() - 1)];
+  };
+  std::vector<double> heights;
+  for (std::size_t j = 0; j < basis.count(); ++j) heights.push_back((knot(j) + knot(j + 1) + knot(j + 2)) / 3.0);
+  return heights;
+}
+
+/// The number's derivatives with respect to the errors: columns gather the coefficients' derivatives.
+struct Sensitivity {
+  Eigen::VectorXd theta;       ///< By a radius offset at each theta knot.
+  double height_scale = 0.0;   ///< By a relative error of heights.
+  double height_offset = 0.0;  ///< By an error common to all heights.
+  std::vector<double> row_z;   ///< Heights of the rows of coefficients that matter, mm.
+  std::vector<double> x;       ///< By a displacement along x of each of these rows.
+  std::vector<double> y;       ///< By a displacement along y.
+};
+
+Sensitivity Gather(const SplineSurface& surface, const Gradient& gradient) {
+  const std::size_t width = surface.theta_basis().count();
+  const std::vector<double> heights = GrevilleHeights(surface.z_basis());
+  Sensitivity s;
+  s.theta = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(width));
+  std::size_t last_row = heights.size();
+  for (Gradient::InnerIterator entry(gradient); entry; ++entry) {
+    const auto index = static_cast<std::size_t>(entry.index());
+    const std::size_t row = index / width;
+    const double theta = surface.theta_basis().spacing() * static_cast<double>(index % width);
+    const double z = heights[row];
+    if (row != last_row) {
+      s.row_z.push_back(z);
+      s.x.push_back(0.0);
+      s.y.push_back(0.0);
+      last_row = row;
+    }
+    const RadiusJet jet = surface.Jet(theta, z);
+    const double by_c = entry.value();
+    s.theta[static_cast<Eigen::Index>(index % width)] += by_c;
+    s.height_scale -= by_c * jet.r_z * z;
+    s.height_offset -= by_c * jet.r_z;
+    const double slope = jet.r > 0.0 ? jet.r_theta / jet.r : 0.0;  // on the axis a level has no tangential direction
+    s.x.back() += by_c * (std::cos(theta) + slope * std::sin(theta));
+    s.y.back() += by_c * (std::sin(theta) - slope * std::cos(theta));
+  }
+  return s;
+}
+
+/// From derivatives by offsets at theta knots to derivatives by the offsets of n directions. A knot takes the offsets
+/// by a hat as wide as the larger of both spacings: linear interpolation, or a mean.
+Eigen::VectorXd ByDirection(const Eigen::VectorXd& by_knot, Eigen::Index directions) {
+  const double step = kTwoPi / static_cast<double>(directions);
+  const double spacing = kTwoPi / static_cast<double>(by_knot.size());
+  const double reach = std::max(step, spacing) / step;  // in directions
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(directions);
+  std::vector<std::pair<Eigen::Index, double>> weights;
+  for (Eigen::Index knot = 0; knot < by_knot.size(); ++knot) {
+    const double centre = static_cast<double>(knot) * spacing / step;
+    weights.clear();
+    double total = 0.0;
+    for (double k = std::ceil(centre - reach); k <= centre + reach; k += 1.0) {
+      const double weight = std::max(0.0, 1.0 - std::abs(k - centre) / reach);
+      const auto direction = static_cast<Eigen::Index>(k) % directions;
+      weights.emplace_back(direction < 0 ? direction + directions : direction, weight);
+      total += weight;
+    }
+    for (const auto& [direction, weight] : weights) sum[direction] += by_knot[knot] * weight / total;
+  }
+  return sum;
+}
+
+double CalibrationVariance(const CalibrationErrors& errors, const Sensitivity& s) {
+  const Eigen::VectorXd by = ByDirection(s.theta, errors.offset_covariance.rows());
+  const double scale = s.height_scale * errors.height_scale_sigma;
+  const double offset = s.height_offset * errors.height_offset_sigma;
+  return by.dot(errors.offset_covariance * by) + scale * scale + offset * offset;
+}
+
+double SwayVariance(const SwayErrors& sway, const Sensitivity& s) {
+  double x = 0.0;
+  double y = 0.0;
+  for (std::size_t a = 0; a < s.row_z.size(); ++a) {
+    for (std::size_t b = 0; b <= a; ++b) {
+      const double distance = (s.row_z[a] - s.row_z[b]) / sway.correlation_length;
+      const double together = (a == b ? 1.0 : 2.0) * std::exp(-0.5 * distance * distance);
+      x += together * s.x[a] * s.x[b];
+      y += together * s.y[a] * s.y[b];
+    }
+  }
+  return sway.sigma_x * sway.sigma_x * x + sway.sigma_y * sway.sigma_y * y;
+}
+
+/// Rounding may leave a variance of 0 a little below it.
+double Sigma(double variance) { return std::sqrt(std::max(0.0, variance)); }
+
+}  // namespace
+
+SystematicSigmas SigmasFrom(const SystematicErrors& errors, const MeasuredSurface& body, const Estimate& estimate) {
+  if (estimate.gradient.size() == 0) return {};
+  ENSURE(estimate.gradient.size() == body.surface().coefficients().size(), "the gradient is by this surface");
+  const Sensitivity s = Gather(body.surface(), estimate.gradient);
+  SystematicSigmas sigmas;
+  if (errors.calibration) sigmas.calibration = Sigma(CalibrationVariance(*errors.calibration, s));
+  if (errors.sway) sigmas.sway = Sigma(SwayVariance(*errors.sway, s));
+  return sigmas;
+}
+
+}  // namespace annulus

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "fitting/systematic_errors.h"
+#include "modeling/measure/estimate.h"
+#include "modeling/measure/measured_surface.h"
+
+namespace annulus {
+
+/// Standard deviations of one number from errors that repeat over a scan, in the number's unit.
+struct SystematicSigmas {
+  double calibration = 0.0;  ///< 0 if the calibration's errors are not known.
+  double sway = 0.0;         ///< 0 if the sway is not known.
+};
+
+/// What systematic errors make of a number taken from `body`, to first order: the errors shift the coefficients of
+/// surface() at their places (the theta knot, the Greville abscissa in z), and the gradient says what follows.
+/// A radius offset o(theta) shifts r by o; a height error dz by −r_z·dz; a displacement d of the level by
+/// d·(e_r − (r_theta/r)·e_theta). An offset is averaged over the directions that a theta-spline spans where its knots
+/// are wider apart than the directions. What is known of `body` beside the surface is not used. Requires that
+/// CheckSystematicErrors passes and that the estimate's gradient, if it has one, is with respect to surface().
+[[nodiscard]] SystematicSigmas SigmasFrom(const SystematicErrors& errors, const MeasuredSurface& body,
+                                          const Estimate& estimate);
+
+}  // namespace annulus
