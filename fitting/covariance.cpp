@@ -94,6 +94,8 @@ class SurfaceCovariance::Factor {
   [[nodiscard]] virtual Eigen::Index size() const = 0;
   /// A⁻¹ b.
   [[nodiscard]] virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) const = 0;
+  /// B·signs with B·Bᵀ = A⁻¹.
+  [[nodiscard]] virtual Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const = 0;
   /// gᵀA⁻¹g from entries of A⁻¹; nothing if one that is needed lies off the pattern.
   [[nodiscard]] virtual std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) = 0;
 };
@@ -106,6 +108,10 @@ class SurfaceCovariance::SimplicialFactor final : public Factor {
   [[nodiscard]] bool sound() const { return ldlt_.info() == Eigen::Success && (ldlt_.vectorD().array() > 0.0).all(); }
   [[nodiscard]] Eigen::Index size() const override { return ldlt_.rows(); }
   [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return ldlt_.solve(b); }
+  [[nodiscard]] Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const override {
+    const Eigen::VectorXd scaled = signs.array() / ldlt_.vectorD().array().sqrt();
+    return ldlt_.permutationPinv() * Eigen::VectorXd(ldlt_.matrixU().solve(scaled));
+  }
   [[nodiscard]] std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) override {
     if (!inverse_) inverse_.emplace(ldlt_);
     const auto& order = ldlt_.permutationP().indices();
@@ -134,6 +140,9 @@ class SurfaceCovariance::FrontFactor final : public Factor {
 
   [[nodiscard]] Eigen::Index size() const override { return factor_.size(); }
   [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return factor_.Solve(b); }
+  [[nodiscard]] Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const override {
+    return factor_.SolveUpper(signs);
+  }
   [[nodiscard]] std::optional<double> LocalVariance(std::span<const CoefficientWeight> gradient) override {
     if (!inverse_) inverse_.emplace(factor_);
     return inverse_->Variance(gradient);
@@ -171,6 +180,8 @@ Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::Spars
 double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
   return gradient.dot(factor_->Solve(gradient));
 }
+
+Eigen::VectorXd SurfaceCovariance::Deviation(const Eigen::VectorXd& signs) const { return factor_->Deviation(signs); }
 
 double SurfaceCovariance::LocalVariance(std::span<const CoefficientWeight> gradient) const {
   if (const std::optional<double> variance = factor_->LocalVariance(gradient)) return *variance;

@@ -34,6 +34,10 @@ class SurfaceCovariance {
   /// Variance gᵀA⁻¹g of a quantity with gradient g with respect to the coefficients.
   [[nodiscard]] double Variance(const Eigen::VectorXd& gradient) const;
 
+  /// B·signs with B·Bᵀ = A⁻¹: a deviation of the coefficients as likely as the true ones' from their estimate, if
+  /// `signs` are independent with mean 0 and variance 1. Size of the coefficients.
+  [[nodiscard]] Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const;
+
   /// The same for a gradient with few entries, all pairs of which have entries in the normal matrix (coefficients that
   /// act at one place): uses the entries of A⁻¹ on the factor's pattern (Takahashi's recursion), made at the first
   /// call.

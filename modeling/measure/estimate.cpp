@@ -1,5 +1,7 @@
 #include "modeling/measure/estimate.h"
 
+#include <cmath>
+
 namespace annulus {
 
 GradientSum::GradientSum(const SplineSurface& surface)
@@ -39,7 +41,9 @@ Gradient GradientSum::Get() const {
 }
 
 Estimate Combine(double factor_a, const Estimate& a, double factor_b, const Estimate& b) {
-  Estimate sum{factor_a * a.value + factor_b * b.value, {}};
+  Estimate sum{factor_a * a.value + factor_b * b.value,
+               {},
+               std::abs(factor_a) * a.unresolved + std::abs(factor_b) * b.unresolved};
   if (a.gradient.size() == 0 && b.gradient.size() == 0) return sum;
   if (a.gradient.size() == 0) {
     sum.gradient = factor_b * b.gradient;

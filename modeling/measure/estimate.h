@@ -22,6 +22,9 @@ using Gradient = Eigen::SparseVector<double>;
 struct Estimate {
   double value = 0.0;
   Gradient gradient{};
+  /// sd of what no gradient shows, same unit: of the length of detail that the surface does not follow
+  /// (unresolved_length.h).
+  double unresolved = 0.0;
 };
 
 /// Sums derivatives. Cheap where few heights of the surface are touched.
@@ -44,7 +47,7 @@ class GradientSum {
   std::vector<char> touched_;  // per z-spline
 };
 
-/// factor_a · a + factor_b · b.
+/// factor_a · a + factor_b · b; what is unresolved of both adds up in full.
 [[nodiscard]] Estimate Combine(double factor_a, const Estimate& a, double factor_b, const Estimate& b);
 
 }  // namespace annulus

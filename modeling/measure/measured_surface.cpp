@@ -1,7 +1,10 @@
 #include "modeling/measure/measured_surface.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "fitting/paper_model.h"
@@ -12,7 +15,82 @@ namespace {
 /// Mean of Σ (N_i N_j)² over the plane for uniform cubic B-splines: (∫N²)², ∫N² = 151/315.
 constexpr double kSquaresOfSplines = (151.0 / 315.0) * (151.0 / 315.0);
 
+constexpr std::size_t kDeviations = 8;
+constexpr std::uint64_t kDeviationSeed = 20'000'102;
+
+/// Signs, the same on every machine (SplitMix64: Steele, Lea, Flood 2014).
+class Signs {
+ public:
+  explicit Signs(std::uint64_t seed) : state_(seed) {}
+
+  Eigen::VectorXd Next(Eigen::Index count) {
+    Eigen::VectorXd signs(count);
+    for (double& sign : signs) {
+      state_ += 0x9E3779B97F4A7C15ULL;
+      std::uint64_t x = state_;
+      x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+      x = (x ^ (x >> 27U)) * 0x94D049BB133111EBULL;
+      sign = ((x ^ (x >> 31U)) & 1U) != 0U ? 1.0 : -1.0;
+    }
+    return signs;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// sd of independent errors of the coefficients that stand for detail, mm, by z-spline. Detail has a size on the skin:
+/// where the body is thinner than it is on average, directions lie closer together and have more of it in common.
+std::vector<double> DetailByHeight(const SurfaceSegment& segment) {
+  const SplineSurface& surface = segment.surface;
+  const auto width = static_cast<Eigen::Index>(surface.theta_basis().count());
+  const auto rows = static_cast<Eigen::Index>(surface.z_basis().count());
+  const Eigen::VectorXd radii =
+      Eigen::Map<const Eigen::MatrixXd>(surface.coefficients().data(), width, rows).colwise().mean();
+  const double mean = radii.mean();
+  std::vector<double> sds;
+  for (const double radius : radii) {
+    const double share = mean > 0.0 ? std::clamp(radius / mean, 0.0, 1.0) : 1.0;
+    sds.push_back(share * segment.detail_sigma / std::sqrt(kSquaresOfSplines));
+  }
+  return sds;
+}
+
 }  // namespace
+
+struct MeasuredSurface::LazyDeviations {
+  std::once_flag made;
+  std::vector<Eigen::VectorXd> all;
+};
+
+MeasuredSurface::MeasuredSurface(const SurfaceSegment& segment)
+    : segment_(&segment), deviations_(std::make_shared<LazyDeviations>()) {}
+
+const std::vector<Eigen::VectorXd>& MeasuredSurface::Deviations() const {
+  std::call_once(deviations_->made, [this] { deviations_->all = DrawDeviations(); });
+  return deviations_->all;
+}
+
+std::vector<Eigen::VectorXd> MeasuredSurface::DrawDeviations() const {
+  std::vector<Eigen::VectorXd> all;
+  if (covariance_ == nullptr) return all;
+  const auto width = static_cast<Eigen::Index>(surface().theta_basis().count());
+  const std::vector<double> detail = DetailByHeight(*segment_);
+  Signs signs(kDeviationSeed);
+  for (std::size_t k = 0; k < kDeviations; ++k) {
+    Eigen::VectorXd deviation = covariance_->Deviation(signs.Next(segment_->normal_matrix.cols()));
+    if (segment_->hierarchy != nullptr) deviation = segment_->hierarchy->Surface(deviation).coefficients();
+    if (segment_->detail_sigma > 0.0) {
+      const Eigen::VectorXd noise = signs.Next(deviation.size());
+      for (std::size_t j = 0; j < detail.size(); ++j) {
+        const auto first = static_cast<Eigen::Index>(j) * width;
+        deviation.segment(first, width) += detail[j] * noise.segment(first, width);
+      }
+    }
+    all.push_back(std::move(deviation));
+  }
+  return all;
+}
 
 Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
   MeasuredSurface body(model.main());
@@ -29,12 +107,12 @@ Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
 
 Uncertain MeasuredSurface::WithSigma(const Estimate& estimate) const {
   if (covariance_ == nullptr) return {estimate.value, std::numeric_limits<double>::quiet_NaN()};
-  if (estimate.gradient.size() == 0) return {estimate.value, 0.0};
+  if (estimate.gradient.size() == 0) return {estimate.value, estimate.unresolved};
   const Eigen::VectorXd gradient = estimate.gradient;
   const double posterior =
       covariance_->Variance(segment_->hierarchy == nullptr ? gradient : segment_->hierarchy->ActiveGradient(gradient));
   const double detail = segment_->detail_sigma * segment_->detail_sigma * gradient.squaredNorm() / kSquaresOfSplines;
-  return {estimate.value, std::sqrt(posterior + detail)};
+  return {estimate.value, std::sqrt(posterior + detail + estimate.unresolved * estimate.unresolved)};
 }
 
 double MeasuredSurface::RadiusSigma(double theta, double z) const {

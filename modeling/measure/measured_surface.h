@@ -33,17 +33,23 @@ class MeasuredSurface {
   [[nodiscard]] Eigen::Vector3d Normal(double theta, double z) const;
   [[nodiscard]] Knowledge KnowledgeAt(double theta, double z) const { return segment_->knowledge.At(theta, z); }
 
-  /// The number with its sd from noise and smoothing (the fit's covariance). Detail that the surface does not follow
-  /// counts as independent errors of the coefficients, of such size that a radius has the sd
+  /// The number with its sd from noise and smoothing (the fit's covariance), and what is unresolved. Detail that the
+  /// surface does not follow counts as independent errors of the coefficients, of such size that a radius has the sd
   /// SurfaceSegment::detail_sigma from them in the mean.
   [[nodiscard]] Uncertain WithSigma(const Estimate& estimate) const;
+  /// Deviations of the coefficients of surface(), mm, as likely as the true surface's (the covariance and the detail);
+  /// always the same ones, made at the first call; the mirrored ones are as likely. None without a normal matrix.
+  [[nodiscard]] const std::vector<Eigen::VectorXd>& Deviations() const;
   /// sd of the radius at one place, mm: the posterior's and the detail's.
   [[nodiscard]] double RadiusSigma(double theta, double z) const;
 
  private:
-  explicit MeasuredSurface(const SurfaceSegment& segment) : segment_(&segment) {}
+  explicit MeasuredSurface(const SurfaceSegment& segment);
+  [[nodiscard]] std::vector<Eigen::VectorXd> DrawDeviations() const;
   const SurfaceSegment* segment_;
   std::shared_ptr<const SurfaceCovariance> covariance_;  ///< Shared by copies of this light value; null without matrix.
+  struct LazyDeviations;
+  std::shared_ptr<LazyDeviations> deviations_;  ///< Shared likewise; never null.
 };
 
 }  // namespace annulus

@@ -9,6 +9,7 @@
 #include "modeling/measure/gauss.h"
 #include "modeling/measure/number_text.h"
 #include "modeling/measure/surface_path.h"
+#include "modeling/measure/unresolved_length.h"
 #include "modeling/mesh/convex_hull_2d.h"
 
 namespace annulus {
@@ -114,9 +115,19 @@ Estimate HullLength(const SplineSurface& surface, const std::vector<PathPoint>& 
 }
 
 Estimate TapeOfSection(const MeasuredSurface& body, double z) {
+  const std::vector<double> directions = TapeDirections(body, z);
   std::vector<PathPoint> curve;
-  for (const double theta : TapeDirections(body, z)) curve.push_back(RadialPoint(body.surface(), {theta, z}));
-  return HullLength(body.surface(), curve);
+  for (const double theta : directions) curve.push_back(RadialPoint(body.surface(), {theta, z}));
+  return WithUnresolved(HullLength(body.surface(), curve), UnresolvedHullLength(body, directions, z));
+}
+
+double UnresolvedPerimeter(const MeasuredSurface& body, double z) {
+  constexpr std::size_t kPoints = 720;
+  std::vector<PathPoint> curve;
+  for (std::size_t k = 0; k < kPoints; ++k) {
+    curve.push_back(RadialPoint(body.surface(), {kTwoPi * static_cast<double>(k) / kPoints, z}));
+  }
+  return UnresolvedLength(body, curve, PathEnds::kClosed);
 }
 
 /// The meridian as a chain.
@@ -169,8 +180,11 @@ Result<SectionEstimates> SectionAt(const MeasuredSurface& body, double z) {
     }
     area_gradient.AddRow(row, node.weight * s.r, 0.0, 0.0);
   }
-  return SectionEstimates{
-      z, {perimeter, perimeter_gradient.Get()}, TapeOfSection(body, z), {area, area_gradient.Get()}, shares.measured};
+  return SectionEstimates{z,
+                          WithUnresolved({perimeter, perimeter_gradient.Get()}, UnresolvedPerimeter(body, z)),
+                          TapeOfSection(body, z),
+                          {area, area_gradient.Get()},
+                          shares.measured};
 }
 
 Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {
