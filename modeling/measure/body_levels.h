@@ -4,20 +4,24 @@
 #include <vector>
 
 #include "base/progress.h"
-#include "modeling/measure/section.h"
+#include "modeling/measure/body_shape.h"
+#include "modeling/measure/landmark.h"
 #include "modeling/measure/table.h"
 
 namespace annulus {
 
-/// The levels of a body and what was not found.
+/// The levels of a body (ids "level.…" of BodyLandmarkCatalog), top to bottom, each with its height as an Estimate.
+/// Extrema of the tape girth are vertices of parabolas fitted over 30 to 50 mm of height, on the directions that were
+/// seen. What was not found is omitted with a sentence.
+[[nodiscard]] Landmarks FindLevels(const MeasuredSurface& body, const BodyShape& shape);
+
+/// The five levels of the first table and what was not found.
 struct BodyLevels {
   std::vector<BodyLevel> found;      ///< Top to bottom.
   std::vector<std::string> omitted;  ///< One sentence each.
 };
 
-/// Finds head (largest girth above the ears), neck (smallest girth below it), chest (largest between axilla and waist),
-/// waist (smallest girth between chest and hip) and hip (largest below the waist), on the tape girths of all fully
-/// known sections, smoothed over 10 mm. Purely from the shape; no stature is assumed.
+/// Head, neck, chest, waist and hip of FindLevels.
 [[nodiscard]] BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& context);
 
 }  // namespace annulus
