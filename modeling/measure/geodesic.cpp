@@ -8,7 +8,8 @@
 namespace annulus {
 namespace {
 
-constexpr double kEdge = 1.5;  ///< mm
+constexpr double kEdge = 2.5;  ///< mm, before it is refined where the path bends.
+constexpr EdgeDepths kDepths{0.05, 0.05};
 
 }  // namespace
 
@@ -23,8 +24,8 @@ Result<SurfaceDistance> GeodesicDistance(const MeasuredSurface& body, const Surf
   const SurfacePlace& first = backwards ? to : from;
   const SurfacePlace& last = backwards ? from : to;
   const StringRules rules{StringSide::kOnSurface, PathEnds::kOpen, surface.z_min(), surface.z_max()};
-  const TautString string =
-      ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface), kEdge);
+  TautString string = ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface), kEdge);
+  Refine(surface, kDepths, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());

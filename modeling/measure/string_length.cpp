@@ -178,9 +178,18 @@ double DepthOfEdge(const SplineSurface& surface, const TautString& string, std::
   double depth = 0.0;
   for (std::size_t k = 0; k < samples; ++k) {
     const double t = (static_cast<double>(k) + 0.5) / static_cast<double>(samples);
-    depth = std::max(depth, DepthOf(surface, a + t * (b - a)));
+    const double inside = DepthOf(surface, a + t * (b - a));
+    depth = std::max(depth, string.rules().side == StringSide::kOnSurface ? std::abs(inside) : inside);
   }
   return depth;
+}
+
+bool RunsOnSurface(const SplineSurface& surface, const TautString& string, std::size_t edge) {
+  const std::vector<StringVertex>& vertices = string.vertices();
+  const StringVertex& a = vertices[edge];
+  const StringVertex& b = vertices[(edge + 1) % vertices.size()];
+  if (!a.touches || !b.touches || a.position == b.position) return false;
+  return string.rules().side == StringSide::kOnSurface || DepthOf(surface, 0.5 * (a.position + b.position)) > 0.0;
 }
 
 SurfaceDistance MeasureString(const MeasuredSurface& body, const TautString& string) {

@@ -11,7 +11,11 @@ namespace annulus {
 /// counts as seen or not and nothing is unknown.
 [[nodiscard]] SurfaceDistance MeasureString(const MeasuredSurface& body, const TautString& string);
 
-/// Deepest point of the straight edge from vertex k on below the surface, mm, by samples; 0 outside the body.
+/// Whether the edge from vertex k on follows the surface; else it is straight and lies outside the body.
+[[nodiscard]] bool RunsOnSurface(const SplineSurface& surface, const TautString& string, std::size_t edge);
+
+/// How deep the straight line from vertex k to the next dips below the surface at most, mm, by samples; 0 outside the
+/// body. Of a string on the surface: how far it is from it.
 [[nodiscard]] double DepthOfEdge(const SplineSurface& surface, const TautString& string, std::size_t edge);
 
 }  // namespace annulus

@@ -7,17 +7,20 @@
 
 #include "base/frames.h"
 #include "modeling/measure/number_text.h"
+#include "modeling/measure/string_length.h"
 
 namespace annulus {
 namespace {
 
 constexpr double kCoarseEdge = 8.0;  ///< mm
-constexpr std::size_t kFewestCoarse = 24;
-constexpr std::size_t kMostCoarse = 96;
-constexpr std::size_t kFewest = 32;
-constexpr std::size_t kMost = 1024;
-constexpr int kCoarseSteps = 60;
+constexpr std::size_t kFewestCoarse = 16;
+constexpr std::size_t kMostCoarse = 64;
+constexpr int kCoarseSteps = 40;
 constexpr int kFineSteps = 30;
+constexpr EdgeDepths kCoarseDepths{0.5, 0.5};
+constexpr int kRounds = 6;
+constexpr std::size_t kMostParts = 8;
+constexpr std::size_t kMostEdges = 2000;
 constexpr double kCoincident = 1e-9;  ///< mm
 
 std::string PlaceText(const SurfacePlace& place) {
@@ -82,21 +85,35 @@ TautString StringAlong(const SplineSurface& surface, const StringRules& rules,
   return {surface, rules, std::move(vertices)};
 }
 
+void Refine(const SplineSurface& surface, const EdgeDepths& depths, TautString& string) {
+  for (int round = 0; round < kRounds && string.edge_count() < kMostEdges; ++round) {
+    std::vector<std::size_t> parts;
+    for (std::size_t k = 0; k < string.edge_count(); ++k) {
+      const double depth = DepthOfEdge(surface, string, k);
+      const double limit = RunsOnSurface(surface, string, k) ? depths.on_surface : depths.straight;
+      // The depth of a chord falls with the square of its length.
+      parts.push_back(depth <= limit ? 1
+                                     : std::min(kMostParts, 1 + static_cast<std::size_t>(std::sqrt(depth / limit))));
+    }
+    if (std::all_of(parts.begin(), parts.end(), [](std::size_t part) { return part == 1; })) return;
+    string.Split(parts);
+    string.Tighten(kFineSteps);
+  }
+}
+
 TautString ShortestString(const SplineSurface& surface, const StringRules& rules,
                           const std::vector<std::vector<Eigen::Vector3d>>& routes, double edge) {
   std::optional<TautString> best;
   for (const std::vector<Eigen::Vector3d>& route : routes) {
     double length = 0.0;
     for (std::size_t k = 0; k + 1 < route.size(); ++k) length += (route[k + 1] - route[k]).norm();
-    const auto edges = static_cast<std::size_t>(length / kCoarseEdge);
+    const auto edges = static_cast<std::size_t>(std::min(length / kCoarseEdge, 1e6));
     TautString string = StringAlong(surface, rules, route, std::clamp(edges, kFewestCoarse, kMostCoarse));
     string.Tighten(kCoarseSteps);
-    string.Split(std::vector<std::size_t>(string.edge_count(), 2));
-    string.Tighten(kFineSteps);
+    Refine(surface, kCoarseDepths, string);
     if (!best || string.Length() < best->Length()) best = std::move(string);
   }
-  const double wanted = std::clamp(best->Length() / edge, static_cast<double>(kFewest), static_cast<double>(kMost));
-  while (static_cast<double>(best->edge_count()) < wanted) {
+  while (best->edge_count() < kMostEdges / 2 && best->Length() > edge * static_cast<double>(best->edge_count())) {
     best->Split(std::vector<std::size_t>(best->edge_count(), 2));
     best->Tighten(kFineSteps);
   }

@@ -28,8 +28,17 @@ Status CheckPlaces(const MeasuredSurface& body, const SurfacePlace& from, const 
 [[nodiscard]] TautString StringAlong(const SplineSurface& surface, const StringRules& rules,
                                      const std::vector<Eigen::Vector3d>& route, std::size_t edges);
 
-/// The shortest string from `from` to `to` among those that the routes over `skin` lead to, taut with edges of about
-/// `edge` mm but at most 1024 (32 at least).
+/// How deep straight edges may cut below the surface, mm: those that only stand for a curve on it, and those that are
+/// straight pieces of the path.
+struct EdgeDepths {
+  double on_surface = 0.0;
+  double straight = 0.0;
+};
+
+/// Divides the edges that are deeper and pulls the string taut again, until none is (at most some rounds).
+void Refine(const SplineSurface& surface, const EdgeDepths& depths, TautString& string);
+
+/// The shortest string among those that the routes lead to, taut, with edges of `edge` mm at most.
 [[nodiscard]] TautString ShortestString(const SplineSurface& surface, const StringRules& rules,
                                         const std::vector<std::vector<Eigen::Vector3d>>& routes, double edge);
 

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/ensure.h"
@@ -16,46 +18,31 @@ namespace {
 constexpr double kConverged = 1e-14;
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLastDamping = 1e8;
-constexpr double kShortestFactor = 1.0 / 64.0;
-/// A vertex leaves the surface when it is pulled off it by more than this share of the tension.
-constexpr double kReleasePull = 1e-12;
+constexpr double kShortestFactor = 1.0 / 8.0;
+constexpr double kFailed = -1.0;  ///< No gain could be had.
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 Eigen::Vector3d Outward(double theta) { return {std::cos(theta), std::sin(theta), 0.0}; }
 Eigen::Vector3d Sideways(double theta) { return {-std::sin(theta), std::cos(theta), 0.0}; }
 
-/// Position and derivatives of the surface P(theta, z) = r·e_r + z·e_z.
-struct SurfaceFrame {
-  Eigen::Vector3d by_theta, by_z;
-  Eigen::Vector3d by_theta_theta, by_theta_z, by_z_z;
-  Eigen::Vector3d normal;  ///< Outward, not of unit length.
-};
-
-SurfaceFrame FrameAt(const SplineSurface& surface, const SurfacePlace& place) {
-  const RadiusJet jet = surface.Jet(place.theta, place.z);
-  const Eigen::Vector3d e_r = Outward(place.theta);
-  const Eigen::Vector3d e_t = Sideways(place.theta);
-  SurfaceFrame frame;
-  frame.by_theta = jet.r_theta * e_r + jet.r * e_t;
-  frame.by_z = jet.r_z * e_r + Eigen::Vector3d::UnitZ();
-  frame.by_theta_theta = (jet.r_theta_theta - jet.r) * e_r + 2.0 * jet.r_theta * e_t;
-  frame.by_theta_z = jet.r_theta_z * e_r + jet.r_z * e_t;
-  frame.by_z_z = jet.r_z_z * e_r;
-  frame.normal = frame.by_theta.cross(frame.by_z);
-  return frame;
-}
-
 double AngleOf(const Eigen::Vector3d& position) { return WrapAngle(std::atan2(position.y(), position.x())); }
 
-/// A step at a time along the gradient of rho - r(theta, z), so that a point beside a steep wall goes to the wall and
-/// not up to its rim.
-Eigen::Vector3d PushedOut(const SplineSurface& surface, const StringRules& rules, Eigen::Vector3d position) {
+/// Which points are moved to the surface.
+enum class Approach {
+  kFromInside,  ///< Those inside the body.
+  kAlways,
+};
+/// Moves a point to the surface a step at a time along the gradient of rho - r(theta, z), so that a point beside a
+/// steep wall goes to the wall and not up to its rim.
+Eigen::Vector3d Approached(const SplineSurface& surface, const StringRules& rules, Approach approach,
+                           Eigen::Vector3d position) {
   constexpr int kSteps = 3;
   for (int step = 0; step < kSteps; ++step) {
     const double theta = AngleOf(position);
     const double rho = position.head<2>().norm();
     const RadiusJet jet = surface.Jet(theta, position.z());
     const double outside = rho - jet.r;
-    if (outside >= 0.0 || rho <= 0.0) break;
+    if ((outside >= 0.0 && approach == Approach::kFromInside) || rho <= 0.0) break;
     const Eigen::Vector3d gradient =
         Outward(theta) - jet.r_theta / rho * Sideways(theta) - jet.r_z * Eigen::Vector3d::UnitZ();
     position -= outside / gradient.squaredNorm() * gradient;
@@ -75,15 +62,22 @@ StringVertex Lifted(const SplineSurface& surface, const StringVertex& from, cons
   return vertex;
 }
 
+/// The vertex on the surface under it, towards the axis.
+StringVertex Landed(const SplineSurface& surface, const StringVertex& from) {
+  StringVertex vertex = from;
+  vertex.touches = true;
+  vertex.position = surface.Point(from.place.theta, from.place.z);
+  return vertex;
+}
+
 }  // namespace
 
-/// The energy to second order in the steps of every vertex: three numbers each, of which those without a column in
-/// `moves` are 0.
+/// The energy to second order in three numbers per vertex: those of (theta, z, rho - r) for a vertex on the surface,
+/// those of the same in the plane that touches the level of rho - r for one off it.
 struct TautString::System {
   ChainSystem chain;
-  std::vector<Eigen::Matrix3d> moves;  ///< Columns: d(position)/d(step).
-  std::vector<Eigen::Matrix3d> scale;  ///< Of the damping.
-  std::vector<char> on_surface;        ///< The steps are those of (theta, z).
+  std::vector<Eigen::Matrix3d> moves;  ///< Columns: d(position)/d(number).
+  std::vector<Eigen::Matrix3d> bends;  ///< What the surface's curvature adds to the diagonal of H.
 };
 
 StringVertex VertexAt(const SplineSurface& surface, const SurfacePlace& place) {
@@ -93,7 +87,7 @@ StringVertex VertexAt(const SplineSurface& surface, const SurfacePlace& place) {
 StringVertex VertexNear(const SplineSurface& surface, const StringRules& rules, const Eigen::Vector3d& position) {
   Eigen::Vector3d inside = position;
   inside.z() = std::clamp(inside.z(), rules.z_min, rules.z_max);
-  return Lifted(surface, {}, PushedOut(surface, rules, inside));
+  return Lifted(surface, {}, Approached(surface, rules, Approach::kFromInside, inside));
 }
 
 TautString::TautString(const SplineSurface& surface, const StringRules& rules, std::vector<StringVertex> vertices)
@@ -131,61 +125,45 @@ Eigen::Vector3d TautString::Pull(std::size_t k) const {
          (vertices_[Next(k)].position - vertices_[k].position) / vertices_[k].share;
 }
 
+void TautString::LineariseVertex(std::size_t k, System& system) const {
+  const StringVertex& vertex = vertices_[k];
+  const Eigen::Vector3d pull = Pull(k);
+  const RadiusJet jet = surface_->Jet(vertex.place.theta, vertex.place.z);
+  const Eigen::Vector3d e_r = Outward(vertex.place.theta);
+  const Eigen::Vector3d e_t = Sideways(vertex.place.theta);
+  const double rho = vertex.touches ? jet.r : vertex.position.dot(e_r);
+  Eigen::Matrix3d& move = system.moves[k];
+  move.col(0) = jet.r_theta * e_r + rho * e_t;
+  move.col(1) = jet.r_z * e_r + Eigen::Vector3d::UnitZ();
+  move.col(2) = e_r;
+  const std::size_t before = k > 0 ? k - 1 : vertices_.size() - 1;
+  const double stiffness = 1.0 / vertices_[before].share + 1.0 / vertex.share;
+  system.chain.diagonal[k] = stiffness * (move.transpose() * move);
+  if (vertex.touches) {  // the pull times the second derivatives of r(theta, z)·e_r + z·e_z + number·e_r
+    const double around = pull.dot((jet.r_theta_theta - jet.r) * e_r + 2.0 * jet.r_theta * e_t);
+    const double mixed = pull.dot(jet.r_theta_z * e_r + jet.r_z * e_t);
+    const double sideways = pull.dot(e_t);
+    system.bends[k] << around, mixed, sideways, mixed, pull.dot(jet.r_z_z * e_r), 0.0, sideways, 0.0, 0.0;
+  }
+  system.chain.right[k] = -(move.transpose() * pull);
+  const bool held = vertex.hold == VertexHold::kHeld;
+  const double outside = vertex.touches ? 0.0 : std::max(0.0, rho - jet.r);
+  system.chain.low[k] = {held ? 0.0 : -kUnbounded, held ? 0.0 : rules_.z_min - vertex.place.z, -outside};
+  system.chain.high[k] = {held ? 0.0 : kUnbounded, held ? 0.0 : rules_.z_max - vertex.place.z,
+                          rules_.side == StringSide::kOnSurface ? 0.0 : kUnbounded};
+}
+
 TautString::System TautString::Linearise() const {
   const std::size_t count = vertices_.size();
   System system;
   system.moves.assign(count, Eigen::Matrix3d::Zero());
-  system.scale.assign(count, Eigen::Matrix3d::Identity());
-  system.on_surface.assign(count, 0);
+  system.bends = system.moves;
   system.chain.diagonal.assign(count, Eigen::Matrix3d::Identity());
   system.chain.right.assign(count, Eigen::Vector3d::Zero());
-  const double tension = Length();
+  system.chain.low = system.chain.right;
+  system.chain.high = system.chain.right;
   for (std::size_t k = 0; k < count; ++k) {
-    const StringVertex& vertex = vertices_[k];
-    if (vertex.hold == VertexHold::kFixed) continue;
-    const Eigen::Vector3d pull = Pull(k);  // the vertex is drawn along -pull
-    const double limit = -kReleasePull * tension;
-    const bool may_leave = rules_.side == StringSide::kOutside;
-    const bool at_low = vertex.place.z <= rules_.z_min;
-    const bool at_high = vertex.place.z >= rules_.z_max;
-    Eigen::Matrix3d& move = system.moves[k];
-    Eigen::Matrix3d bend = Eigen::Matrix3d::Zero();
-    if (vertex.hold == VertexHold::kHeld) {
-      const Eigen::Vector3d outward = Outward(vertex.place.theta);
-      if (!vertex.touches || (may_leave && pull.dot(outward) < limit)) move.col(0) = outward;
-    } else {
-      bool stays = vertex.touches;
-      SurfaceFrame frame;
-      if (vertex.touches) {
-        frame = FrameAt(*surface_, vertex.place);
-        Eigen::Vector3d normal = frame.normal;
-        if (at_low || at_high) normal.z() = 0.0;  // the rim takes up what pulls along z
-        stays = !may_leave || pull.dot(normal) >= limit * normal.norm();
-      }
-      const double along_z = stays ? pull.dot(frame.by_z) : pull.z();
-      const bool rim = (at_low && along_z > 0.0) || (at_high && along_z < 0.0);
-      if (stays) {
-        system.on_surface[k] = 1;
-        move.col(0) = frame.by_theta;
-        bend(0, 0) = pull.dot(frame.by_theta_theta);
-        if (!rim) {
-          move.col(1) = frame.by_z;
-          bend(0, 1) = bend(1, 0) = pull.dot(frame.by_theta_z);
-          bend(1, 1) = pull.dot(frame.by_z_z);
-        }
-      } else {
-        move.setIdentity();
-        if (rim) move.col(2).setZero();
-      }
-    }
-    const std::size_t before = k > 0 ? k - 1 : count - 1;
-    const double stiffness = 1.0 / vertices_[before].share + 1.0 / vertex.share;
-    system.scale[k] = stiffness * (move.transpose() * move);
-    system.chain.right[k] = -(move.transpose() * pull);
-    for (int column = 0; column < 3; ++column) {
-      if (move.col(column).isZero(0.0)) system.scale[k](column, column) = stiffness;
-    }
-    system.chain.diagonal[k] = system.scale[k] + bend;
+    if (vertices_[k].hold != VertexHold::kFixed) LineariseVertex(k, system);
   }
   for (std::size_t k = 0; k + 1 < count; ++k) {
     system.chain.next.emplace_back(-(system.moves[k].transpose() * system.moves[k + 1]) / vertices_[k].share);
@@ -200,56 +178,72 @@ std::vector<StringVertex> TautString::Moved(const System& system, const std::vec
                                             double factor) const {
   std::vector<StringVertex> moved = vertices_;
   for (std::size_t k = 0; k < moved.size(); ++k) {
-    if (system.moves[k].isZero(0.0)) continue;
-    if (system.on_surface[k] != 0) {
-      SurfacePlace place = vertices_[k].place;
-      place.theta = WrapAngle(place.theta + factor * step[k].x());
-      if (!system.moves[k].col(1).isZero(0.0)) {
-        place.z = std::clamp(place.z + factor * step[k].y(), rules_.z_min, rules_.z_max);
+    const StringVertex& from = vertices_[k];
+    if (from.hold == VertexHold::kFixed) continue;
+    const Eigen::Vector3d by = factor * step[k];
+    if (from.touches) {
+      SurfacePlace place = from.place;
+      if (from.hold == VertexHold::kSliding) {
+        place = {WrapAngle(place.theta + by.x()), std::clamp(place.z + by.y(), rules_.z_min, rules_.z_max)};
       }
       moved[k].place = place;
-      moved[k].position = surface_->Point(place.theta, place.z);
-      moved[k].touches = true;
-    } else if (vertices_[k].hold == VertexHold::kHeld) {
-      moved[k] = Lifted(*surface_, vertices_[k], vertices_[k].position + factor * system.moves[k] * step[k]);
-    } else {
-      Eigen::Vector3d position = vertices_[k].position + factor * system.moves[k] * step[k];
+      moved[k].touches = !(by.z() > 0.0);
+      moved[k].position =
+          PointFromCylindrical(place.theta, surface_->Radius(place.theta, place.z) + std::max(0.0, by.z()), place.z);
+      continue;
+    }
+    Eigen::Vector3d position = from.position + system.moves[k] * by;
+    if (from.hold == VertexHold::kSliding) {
       position.z() = std::clamp(position.z(), rules_.z_min, rules_.z_max);
-      moved[k] = Lifted(*surface_, vertices_[k], PushedOut(*surface_, rules_, position));
+      const bool lands = by.z() <= system.chain.low[k].z();
+      position = Approached(*surface_, rules_, lands ? Approach::kAlways : Approach::kFromInside, position);
+      moved[k] = Lifted(*surface_, from, position);
+      if (lands) moved[k] = Landed(*surface_, moved[k]);
+    } else {
+      moved[k] = Lifted(*surface_, from, position);
     }
   }
   return moved;
 }
 
+double TautString::Step(const System& system, const ChainSystem& model, double energy) {
+  const std::optional<std::vector<Eigen::Vector3d>> step = MinimiseChain(model);
+  if (!step) return kFailed;
+  double gain = 0.0;
+  const std::vector<Eigen::Vector3d> product = Apply(model, *step);
+  for (std::size_t k = 0; k < product.size(); ++k) gain += (*step)[k].dot(model.right[k] - 0.5 * product[k]);
+  if (gain < 0.0) return kFailed;
+  if (gain <= kConverged * energy) return 0.0;
+  for (double factor = 1.0; factor >= kShortestFactor; factor *= 0.5) {
+    std::vector<StringVertex> moved = Moved(system, *step, factor);
+    const double moved_energy = Energy(moved);
+    if (!(moved_energy < energy - 0.01 * factor * gain)) continue;
+    vertices_ = std::move(moved);
+    return energy - moved_energy;
+  }
+  return kFailed;
+}
+
 void TautString::Tighten(int max_steps) {
   double damping = 0.0;
-  double energy = Energy(vertices_);
   for (int steps = 0; steps < max_steps; ++steps) {
+    const double energy = Energy(vertices_);
     const System system = Linearise();
-    std::optional<std::vector<Eigen::Vector3d>> step = SolveChain(system.chain, system.scale, damping);
-    while (!step && damping < kLastDamping) {
-      damping = std::max(kFirstDamping, 10.0 * damping);
-      step = SolveChain(system.chain, system.scale, damping);
-    }
-    if (!step) return;
-    double gain = 0.0;
-    for (std::size_t k = 0; k < vertices_.size(); ++k) gain += system.chain.right[k].dot((*step)[k]);
-    if (!(gain > kConverged * energy)) return;
-    double factor = 1.0;
-    for (; factor >= kShortestFactor; factor *= 0.5) {
-      std::vector<StringVertex> moved = Moved(system, *step, factor);
-      const double moved_energy = Energy(moved);
-      if (!(moved_energy < energy - 1e-4 * factor * gain)) continue;
-      vertices_ = std::move(moved);
-      energy = moved_energy;
-      break;
-    }
-    if (factor == 1.0) {
-      damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
-    } else if (factor < kShortestFactor) {
+    // Newton's model; where it is not convex or leads astray, that of Gauss and Newton, damped if need be.
+    ChainSystem model = system.chain;
+    for (std::size_t k = 0; k < vertices_.size(); ++k) model.diagonal[k] += system.bends[k];
+    double gained = damping > 0.0 ? kFailed : Step(system, model, energy);
+    while (gained == kFailed) {
+      for (std::size_t k = 0; k < vertices_.size(); ++k) {
+        model.diagonal[k] = (1.0 + damping) * system.chain.diagonal[k];
+      }
+      gained = Step(system, model, energy);
+      if (gained != kFailed) break;
       if (damping >= kLastDamping) return;
       damping = std::max(kFirstDamping, 10.0 * damping);
     }
+    if (gained == 0.0) return;
+    damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
   }
 }
 

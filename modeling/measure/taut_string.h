@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "modeling/measure/string_system.h"
 #include "modeling/measure/surface_path.h"
 
 namespace annulus {
@@ -74,6 +75,10 @@ class TautString {
   /// ∂energy/∂P_k.
   [[nodiscard]] Eigen::Vector3d Pull(std::size_t k) const;
   [[nodiscard]] System Linearise() const;
+  void LineariseVertex(std::size_t k, System& system) const;
+  /// Moves towards the minimum of a model of the energy. The energy gained; 0 where no gain is left; negative where the
+  /// model does not serve.
+  double Step(const System& system, const ChainSystem& model, double energy);
   [[nodiscard]] std::vector<StringVertex> Moved(const System& system, const std::vector<Eigen::Vector3d>& step,
                                                 double factor) const;
 
