@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -92,8 +93,9 @@ class SurfaceCovariance::Factor {
   Factor& operator=(const Factor&) = delete;
   virtual ~Factor() = default;
   [[nodiscard]] virtual Eigen::Index size() const = 0;
-  /// A⁻¹ b.
-  [[nodiscard]] virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) const = 0;
+  /// gᵀA⁻¹g for up to four gradients.
+  using Four = std::array<double, 4>;
+  [[nodiscard]] virtual Four Variances(std::span<const Eigen::VectorXd> gradients) const = 0;
   /// B·signs with B·Bᵀ = A⁻¹.
   [[nodiscard]] virtual Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const = 0;
   /// gᵀA⁻¹g from entries of A⁻¹; nothing if one that is needed lies off the pattern.
@@ -107,7 +109,11 @@ class SurfaceCovariance::SimplicialFactor final : public Factor {
 
   [[nodiscard]] bool sound() const { return ldlt_.info() == Eigen::Success && (ldlt_.vectorD().array() > 0.0).all(); }
   [[nodiscard]] Eigen::Index size() const override { return ldlt_.rows(); }
-  [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return ldlt_.solve(b); }
+  [[nodiscard]] Four Variances(std::span<const Eigen::VectorXd> gradients) const override {
+    Four variances{};
+    for (std::size_t k = 0; k < gradients.size(); ++k) variances[k] = gradients[k].dot(ldlt_.solve(gradients[k]));
+    return variances;
+  }
   [[nodiscard]] Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const override {
     const Eigen::VectorXd scaled = signs.array() / ldlt_.vectorD().array().sqrt();
     return ldlt_.permutationPinv() * Eigen::VectorXd(ldlt_.matrixU().solve(scaled));
@@ -139,7 +145,12 @@ class SurfaceCovariance::FrontFactor final : public Factor {
   explicit FrontFactor(FrontalCholesky factor) : factor_(std::move(factor)) {}
 
   [[nodiscard]] Eigen::Index size() const override { return factor_.size(); }
-  [[nodiscard]] Eigen::VectorXd Solve(const Eigen::VectorXd& b) const override { return factor_.Solve(b); }
+  [[nodiscard]] Four Variances(std::span<const Eigen::VectorXd> gradients) const override {
+    FrontalCholesky::FourColumns columns = FrontalCholesky::FourColumns::Zero(factor_.size(), 4);
+    for (std::size_t k = 0; k < gradients.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = gradients[k];
+    const Eigen::RowVector4d sums = factor_.SolveLower(columns).colwise().squaredNorm();
+    return {sums[0], sums[1], sums[2], sums[3]};
+  }
   [[nodiscard]] Eigen::VectorXd Deviation(const Eigen::VectorXd& signs) const override {
     return factor_.SolveUpper(signs);
   }
@@ -178,7 +189,17 @@ Result<SurfaceCovariance> SurfaceCovariance::FromNormalMatrix(const Eigen::Spars
 }
 
 double SurfaceCovariance::Variance(const Eigen::VectorXd& gradient) const {
-  return gradient.dot(factor_->Solve(gradient));
+  return factor_->Variances(std::span(&gradient, 1)).front();
+}
+
+std::vector<double> SurfaceCovariance::Variances(std::span<const Eigen::VectorXd> gradients) const {
+  std::vector<double> variances;
+  for (std::size_t first = 0; first < gradients.size(); first += 4) {
+    const auto part = gradients.subspan(first, std::min<std::size_t>(4, gradients.size() - first));
+    const Factor::Four four = factor_->Variances(part);
+    variances.insert(variances.end(), four.begin(), four.begin() + static_cast<std::ptrdiff_t>(part.size()));
+  }
+  return variances;
 }
 
 Eigen::VectorXd SurfaceCovariance::Deviation(const Eigen::VectorXd& signs) const { return factor_->Deviation(signs); }

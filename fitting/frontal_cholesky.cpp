@@ -238,6 +238,7 @@ Right FrontalCholesky::Upper(const Right& y) const {
 }
 
 Eigen::VectorXd FrontalCholesky::SolveLower(const Eigen::VectorXd& b) const { return Lower(b); }
+FrontalCholesky::FourColumns FrontalCholesky::SolveLower(const FourColumns& b) const { return Lower(b); }
 Eigen::VectorXd FrontalCholesky::SolveUpper(const Eigen::VectorXd& y) const { return Upper(y); }
 Eigen::VectorXd FrontalCholesky::Solve(const Eigen::VectorXd& b) const { return Upper(Lower(b)); }
 FrontalCholesky::FourColumns FrontalCholesky::Solve(const FourColumns& b) const { return Upper(Lower(b)); }

@@ -44,6 +44,7 @@ class FrontalCholesky {
   [[nodiscard]] FourColumns Solve(const FourColumns& b) const;
   /// L⁻¹ P b: in the order of elimination.
   [[nodiscard]] Eigen::VectorXd SolveLower(const Eigen::VectorXd& b) const;
+  [[nodiscard]] FourColumns SolveLower(const FourColumns& b) const;
   /// Pᵀ L⁻ᵀ y, for y in the order of elimination.
   [[nodiscard]] Eigen::VectorXd SolveUpper(const Eigen::VectorXd& y) const;
   [[nodiscard]] const std::shared_ptr<const EliminationTree>& shared_tree() const { return tree_; }

@@ -4,12 +4,15 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "modeling/measure/section.h"
+#include "modeling/measure/slab.h"
 #include "modeling/measure/table.h"
 #include "station/commands.h"
 #include "station/loaded_model.h"
+#include "station/measurement_files.h"
 #include "station/measurement_output.h"
 
 namespace annulus {
@@ -76,13 +79,27 @@ struct MeasureOptions {
   std::string landmarks;
   std::vector<std::string> out;
   std::string json;
+  SheetOptions sheet;
 };
+
+/// Writes every file asked for; says what a format could not hold unless stdout is the result's.
+Status WriteFiles(const MeasureOptions& options, const MeasuredModel& measured, CommandIo& io) {
+  for (const std::string& path : options.out) {
+    const auto left_out = WriteMeasurements(io.storage(), path, measured, options.sheet);
+    if (!left_out) return Fail(left_out);
+    if (options.json == "-") continue;
+    for (const std::string& sentence : *left_out) RETURN_IF_ERROR(io.Print(path + " leaves out " + sentence + "\n"));
+  }
+  return {};
+}
 
 Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
   if (!options.landmarks.empty()) return NotYet(io, "measure with --landmarks");
   for (const std::string& path : options.out) {
-    if (!path.ends_with(".json") && !path.ends_with(".csv")) return NotYet(io, "write measurements to " + path);
-    if (path.ends_with(".freesewing.json")) return NotYet(io, "write measurements to " + path);
+    if (const auto format = MeasurementFormatOf(path); !format) {
+      io.set_failure_code(2);
+      return Fail(format);
+    }
   }
   const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
@@ -96,12 +113,23 @@ Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
     error.attempted = "measure " + options.model;
     return tl::unexpected(error);
   }
-  for (const std::string& path : options.out) {
-    RETURN_IF_ERROR(path.ends_with(".csv") ? io.WriteText(path, MeasurementsToCsv(*table))
-                                           : io.WriteJson(path, MeasurementsToJson(*table)));
-  }
+  RETURN_IF_ERROR(WriteFiles(options, {*table, *loaded->model}, io));
   if (!options.json.empty()) return io.WriteJson(options.json, MeasurementsToJson(*table));
   return options.out.empty() ? io.Print(MeasurementsToText(*table)) : Status{};
+}
+
+void AddSheetOptions(CLI::App& command, SheetOptions& sheet) {
+  static const std::map<std::string, SheetLanguage> kLanguages{{"en", SheetLanguage::kEnglish},
+                                                               {"ja", SheetLanguage::kJapanese}};
+  static const std::map<std::string, LengthUnit> kUnits{
+      {"mm", LengthUnit::kMillimetre}, {"cm", LengthUnit::kCentimetre}, {"inch", LengthUnit::kInch}};
+  command.add_option("--language", sheet.language, "language of the PDF sheet: en, ja")
+      ->transform(CLI::CheckedTransformer(kLanguages).description(""))
+      ->type_name("en|ja");
+  command.add_option("--units", sheet.unit, "units of the PDF sheet: mm, cm, inch (in eighths)")
+      ->transform(CLI::CheckedTransformer(kUnits).description(""))
+      ->type_name("mm|cm|inch");
+  command.add_option("--subject", sheet.subject, "subject's name or number on the PDF sheet")->type_name("TEXT");
 }
 
 }  // namespace
@@ -132,9 +160,13 @@ void AddMeasureCommand(CLI::App& app, CommandWork& chosen) {
   CLI::App* command = app.add_subcommand("measure", "the table of measurements, each with its uncertainty");
   command->add_option("model", options->model, "model")->required();
   command->add_option("--landmarks", options->landmarks, "landmarks set by hand (not yet)")->type_name("F");
-  command->add_option("--out", options->out, "table to write: F.json or F.csv; may be repeated")->type_name("F");
+  command
+      ->add_option("--out", options->out,
+                   "file to write, by its ending: .json .csv .smis .vit .freesewing.json .pdf; may be repeated")
+      ->type_name("F");
+  AddSheetOptions(*command, options->sheet);
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus measure model.json --out table.csv");
+  command->footer("Example: annulus measure model.json --out table.csv --out sheet.pdf --language ja");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunMeasure(*options, io); }; });
 }
 

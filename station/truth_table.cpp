@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "modeling/measure/slab.h"
 #include "station/measurement_output.h"
 
 namespace annulus {

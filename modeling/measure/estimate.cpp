@@ -21,6 +21,15 @@ void GradientSum::AddRow(const RadiusRow& row, double by_r, double by_theta, dou
   }
 }
 
+void GradientSum::AddSection(const CubicBasis& at_z, const Eigen::VectorXd& by_value, const Eigen::VectorXd& by_slope) {
+  const auto width = static_cast<Eigen::Index>(width_);
+  for (std::size_t j = 0; j < 4; ++j) {
+    dense_.segment(static_cast<Eigen::Index>(at_z.index[j]) * width, width) +=
+        at_z.value[j] * by_value + at_z.first[j] * by_slope;
+    touched_[at_z.index[j]] = 1;
+  }
+}
+
 void GradientSum::Add(const Gradient& gradient, double factor) {
   for (Gradient::InnerIterator entry(gradient); entry; ++entry) {
     dense_[entry.index()] += factor * entry.value();

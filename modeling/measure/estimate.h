@@ -36,6 +36,9 @@ class GradientSum {
   void AddRadius(double theta, double z, double weight);
   /// Adds by_r · ∂r/∂c + by_theta · ∂r_theta/∂c + by_z · ∂r_z/∂c at the row's place.
   void AddRow(const RadiusRow& row, double by_r, double by_theta, double by_z);
+  /// Adds, for every theta-spline i and the four z-splines j at a height, value_j·by_value[i] + first_j·by_slope[i]:
+  /// the derivatives with respect to a section's coefficients and to those of its slope over z.
+  void AddSection(const CubicBasis& at_z, const Eigen::VectorXd& by_value, const Eigen::VectorXd& by_slope);
   /// Adds factor · gradient.
   void Add(const Gradient& gradient, double factor);
   [[nodiscard]] Gradient Get() const;

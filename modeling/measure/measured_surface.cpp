@@ -105,14 +105,28 @@ Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
   return body;
 }
 
-Uncertain MeasuredSurface::WithSigma(const Estimate& estimate) const {
-  if (covariance_ == nullptr) return {estimate.value, std::numeric_limits<double>::quiet_NaN()};
-  if (estimate.gradient.size() == 0) return {estimate.value, estimate.unresolved};
-  const Eigen::VectorXd gradient = estimate.gradient;
-  const double posterior =
-      covariance_->Variance(segment_->hierarchy == nullptr ? gradient : segment_->hierarchy->ActiveGradient(gradient));
-  const double detail = segment_->detail_sigma * segment_->detail_sigma * gradient.squaredNorm() / kSquaresOfSplines;
-  return {estimate.value, std::sqrt(posterior + detail + estimate.unresolved * estimate.unresolved)};
+Uncertain MeasuredSurface::WithSigma(const Estimate& estimate) const { return WithSigmas({estimate}).front(); }
+
+std::vector<Uncertain> MeasuredSurface::WithSigmas(const std::vector<Estimate>& estimates) const {
+  std::vector<Uncertain> numbers;
+  if (covariance_ == nullptr) {
+    for (const Estimate& e : estimates) numbers.push_back({e.value, std::numeric_limits<double>::quiet_NaN()});
+    return numbers;
+  }
+  std::vector<Eigen::VectorXd> gradients;
+  for (const Estimate& e : estimates) {
+    const Eigen::VectorXd gradient =
+        e.gradient.size() > 0 ? Eigen::VectorXd(e.gradient) : Eigen::VectorXd::Zero(surface().coefficients().size());
+    gradients.push_back(segment_->hierarchy == nullptr ? gradient : segment_->hierarchy->ActiveGradient(gradient));
+  }
+  const std::vector<double> posterior = covariance_->Variances(gradients);
+  const double detail_variance = segment_->detail_sigma * segment_->detail_sigma / kSquaresOfSplines;
+  for (std::size_t k = 0; k < estimates.size(); ++k) {
+    const Estimate& e = estimates[k];
+    const double detail = e.gradient.size() > 0 ? detail_variance * e.gradient.squaredNorm() : 0.0;
+    numbers.push_back({e.value, std::sqrt(posterior[k] + detail + e.unresolved * e.unresolved)});
+  }
+  return numbers;
 }
 
 double MeasuredSurface::RadiusSigma(double theta, double z) const {

@@ -37,6 +37,8 @@ class MeasuredSurface {
   /// surface does not follow counts as independent errors of the coefficients, of such size that a radius has the sd
   /// SurfaceSegment::detail_sigma from them in the mean.
   [[nodiscard]] Uncertain WithSigma(const Estimate& estimate) const;
+  /// WithSigma of several numbers, in less time than one by one.
+  [[nodiscard]] std::vector<Uncertain> WithSigmas(const std::vector<Estimate>& estimates) const;
   /// Deviations of the coefficients of surface(), mm, as likely as the true surface's (the covariance and the detail);
   /// always the same ones, made at the first call; the mirrored ones are as likely. None without a normal matrix.
   [[nodiscard]] const std::vector<Eigen::VectorXd>& Deviations() const;

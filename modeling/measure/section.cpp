@@ -26,38 +26,6 @@ std::vector<double> ThetaBreaks(const SplineSurface& surface) {
   return breaks;
 }
 
-PathKnowledge SharesOfRow(const MeasuredSurface& body, double z) {
-  const std::size_t columns = std::max<std::size_t>(1, body.segment().knowledge.columns());
-  std::size_t measured = 0;
-  std::size_t unknown = 0;
-  for (std::size_t column = 0; column < columns; ++column) {
-    const Knowledge k = body.KnowledgeAt(kTwoPi * static_cast<double>(column) / static_cast<double>(columns), z);
-    if (k == Knowledge::kMeasured) ++measured;
-    if (k == Knowledge::kUnknown) ++unknown;
-  }
-  return {static_cast<double>(measured) / static_cast<double>(columns),
-          static_cast<double>(unknown) / static_cast<double>(columns)};
-}
-
-/// Every row of the knowledge map that the slab cuts, by the height it takes of it.
-PathKnowledge SharesOfSlab(const MeasuredSurface& body, double z_min, double z_max) {
-  const KnowledgeMap& map = body.segment().knowledge;
-  const auto rows = static_cast<double>(map.rows());
-  std::vector<double> edges;
-  for (double row = 0.0; row <= rows; row += 1.0) {
-    edges.push_back(map.z_min() + (map.z_max() - map.z_min()) * row / std::max(rows, 1.0));
-  }
-  const std::vector<double> breaks = ClipBreaks(edges, z_min, z_max);
-  PathKnowledge shares;
-  for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {
-    const PathKnowledge row = SharesOfRow(body, 0.5 * (breaks[k] + breaks[k + 1]));
-    const double height = (breaks[k + 1] - breaks[k]) / (z_max - z_min);
-    shares.measured += height * row.measured;
-    shares.unknown += height * row.unknown;
-  }
-  return shares;
-}
-
 /// r, r_theta, r_z from the row and the coefficients.
 struct Slopes {
   double r = 0.0;
@@ -161,7 +129,7 @@ Status CheckMeridian(const MeasuredSurface& body, double theta, double z_min, do
 Result<SectionEstimates> SectionAt(const MeasuredSurface& body, double z) {
   const std::string attempted = "measure the section at z = " + NumberText(z) + " mm";
   RETURN_IF_ERROR(CheckInRange(body, z, attempted));
-  const PathKnowledge shares = SharesOfRow(body, z);
+  const PathKnowledge shares = KnowledgeOfLevel(body, z);
   RETURN_IF_ERROR(CheckKnown(shares, attempted));
 
   const SplineSurface& surface = body.surface();
@@ -197,54 +165,13 @@ Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {
 Result<std::vector<Eigen::Vector2d>> SectionCurve(const MeasuredSurface& body, double z, std::size_t points) {
   const std::string attempted = "draw the section at z = " + NumberText(z) + " mm";
   RETURN_IF_ERROR(CheckInRange(body, z, attempted));
-  RETURN_IF_ERROR(CheckKnown(SharesOfRow(body, z), attempted));
+  RETURN_IF_ERROR(CheckKnown(KnowledgeOfLevel(body, z), attempted));
   std::vector<Eigen::Vector2d> curve;
   for (std::size_t k = 0; k < points; ++k) {
     const double theta = kTwoPi * static_cast<double>(k) / static_cast<double>(points);
     curve.emplace_back(body.surface().Point(theta, z).head<2>());
   }
   return curve;
-}
-
-Result<SlabEstimates> SlabBetween(const MeasuredSurface& body, double z_min, double z_max) {
-  const std::string attempted = "measure the slab from z = " + NumberText(z_min) + " to " + NumberText(z_max) + " mm";
-  if (!(z_min < z_max)) return Fail(attempted, "it has no height", "give --z-min below --z-max");
-  RETURN_IF_ERROR(CheckInRange(body, z_min, attempted));
-  RETURN_IF_ERROR(CheckInRange(body, z_max, attempted));
-
-  const SplineSurface& surface = body.surface();
-  const std::vector<double> breaks = ClipBreaks(surface.z_basis().breakpoints(), z_min, z_max);
-  const PathKnowledge shares = SharesOfSlab(body, z_min, z_max);
-  RETURN_IF_ERROR(CheckKnown(shares, attempted));
-
-  GradientSum volume_gradient(surface);
-  GradientSum area_gradient(surface);
-  double volume = 0.0;
-  double area = 0.0;
-  const std::vector<QuadratureNode> around = PiecewiseGauss(ThetaBreaks(surface));
-  for (const QuadratureNode& up : PiecewiseGauss(breaks)) {
-    for (const QuadratureNode& side : around) {
-      const double weight = up.weight * side.weight;
-      const RadiusRow row = surface.Row(side.x, up.x);
-      const Slopes s = Apply(row, surface.coefficients());
-      // |P_theta × P_z|² = r² + r_theta² + r² r_z²
-      const double density = std::sqrt(s.r * s.r * (1.0 + s.z * s.z) + s.theta * s.theta);
-      volume += weight * 0.5 * s.r * s.r;
-      area += weight * density;
-      volume_gradient.AddRow(row, weight * s.r, 0.0, 0.0);
-      if (density > 0.0) {
-        area_gradient.AddRow(row, weight * s.r * (1.0 + s.z * s.z) / density, weight * s.theta / density,
-                             weight * s.r * s.r * s.z / density);
-      }
-    }
-  }
-  return SlabEstimates{z_min, z_max, {volume, volume_gradient.Get()}, {area, area_gradient.Get()}, shares.measured};
-}
-
-Result<SlabMeasures> MeasureSlab(const MeasuredSurface& body, double z_min, double z_max) {
-  const auto slab = SlabBetween(body, z_min, z_max);
-  if (!slab) return Fail(slab);
-  return SlabMeasures{z_min, z_max, body.WithSigma(slab->volume), body.WithSigma(slab->area), slab->measured_share};
 }
 
 Result<Estimate> MeridianLength(const MeasuredSurface& body, double theta, double z_min, double z_max) {

@@ -38,31 +38,6 @@ struct SectionMeasures {
 [[nodiscard]] Result<std::vector<Eigen::Vector2d>> SectionCurve(const MeasuredSurface& body, double z,
                                                                 std::size_t points);
 
-/// What lies between two horizontal planes, to first order in the surface.
-struct SlabEstimates {
-  double z_min = 0.0;  ///< mm
-  double z_max = 0.0;  ///< mm
-  Estimate volume;     ///< mm³
-  Estimate area;       ///< mm², of the skin between the planes (no lids).
-  double measured_share = 0.0;
-};
-
-/// Measures the slab z_min … z_max, mm: the volume exactly (∬ r²/2 is a polynomial on every patch), the area by 4 × 4
-/// Gauss points per patch. Fails if z_min >= z_max, outside the scanned range, or over unknown cells.
-[[nodiscard]] Result<SlabEstimates> SlabBetween(const MeasuredSurface& body, double z_min, double z_max);
-
-/// The same with standard uncertainties.
-struct SlabMeasures {
-  double z_min = 0.0;  ///< mm
-  double z_max = 0.0;  ///< mm
-  Uncertain volume;    ///< mm³
-  Uncertain area;      ///< mm², of the skin between the planes (no lids).
-  double measured_share = 0.0;
-};
-
-/// SlabBetween with standard uncertainties. Same failures.
-[[nodiscard]] Result<SlabMeasures> MeasureSlab(const MeasuredSurface& body, double z_min, double z_max);
-
 /// Length along the surface at constant theta (rad) from z_min to z_max, mm: "surface length" of the front, back or
 /// side. Fails outside the scanned range or over unknown cells.
 [[nodiscard]] Result<Estimate> MeridianLength(const MeasuredSurface& body, double theta, double z_min, double z_max);

@@ -57,6 +57,19 @@ PathKnowledge KnowledgeAlong(const MeasuredSurface& body, const std::vector<Path
   return sum;
 }
 
+PathKnowledge KnowledgeOfLevel(const MeasuredSurface& body, double z) {
+  const std::size_t columns = std::max<std::size_t>(1, body.segment().knowledge.columns());
+  std::size_t measured = 0;
+  std::size_t unknown = 0;
+  for (std::size_t column = 0; column < columns; ++column) {
+    const Knowledge k = body.KnowledgeAt(kTwoPi * static_cast<double>(column) / static_cast<double>(columns), z);
+    if (k == Knowledge::kMeasured) ++measured;
+    if (k == Knowledge::kUnknown) ++unknown;
+  }
+  return {static_cast<double>(measured) / static_cast<double>(columns),
+          static_cast<double>(unknown) / static_cast<double>(columns)};
+}
+
 Status CheckKnown(const PathKnowledge& knowledge, const std::string& attempted) {
   if (knowledge.unknown == 0.0) return {};
   return Fail(attempted, NumberText(std::ceil(1000.0 * knowledge.unknown) / 10.0) + " % of it was not seen",

@@ -34,6 +34,9 @@ struct PathKnowledge {
 [[nodiscard]] PathKnowledge KnowledgeAlong(const MeasuredSurface& body, const std::vector<PathPoint>& points,
                                            PathEnds ends);
 
+/// The same for the whole section at height z, by angle.
+[[nodiscard]] PathKnowledge KnowledgeOfLevel(const MeasuredSurface& body, double z);
+
 /// A length along the surface, or over it, from one place to another or around.
 struct SurfaceDistance {
   Estimate length;                ///< mm

@@ -13,6 +13,7 @@
 
 #include "fitting/fit_surface.h"
 #include "modeling/measure/section.h"
+#include "modeling/measure/slab.h"
 #include "tests/fitting/synthetic_scan.h"
 
 namespace annulus {

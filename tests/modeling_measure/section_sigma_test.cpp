@@ -6,6 +6,7 @@
 
 #include "fitting/fit_surface.h"
 #include "modeling/measure/section.h"
+#include "modeling/measure/slab.h"
 #include "tests/fitting/synthetic_scan.h"
 #include "tests/modeling_measure/interpolated_body.h"
 

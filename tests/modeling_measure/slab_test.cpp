@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "modeling/measure/section.h"
+#include "modeling/measure/slab.h"
 #include "tests/modeling_measure/interpolated_body.h"
 
 namespace annulus {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "modeling/measure/section.h"
+#include "modeling/measure/slab.h"
 #include "tests/modeling_measure/interpolated_body.h"
 
 namespace annulus {
