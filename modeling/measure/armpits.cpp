@@ -11,7 +11,7 @@
 namespace annulus {
 namespace {
 
-constexpr double kHighest = 450.0;   // mm from the waist to above anybody's armpits
+constexpr double kHighest = 400.0;   // mm from the waist to above anybody's armpits
 constexpr double kLowest = 60.0;     // mm from the waist to below anybody's armpits
 constexpr double kSide = kPi / 3.0;  // rad either way of the side in which an arm is looked for
 constexpr double kHiddenArc = 0.07;  // rad; single lost returns are no arm
@@ -57,11 +57,13 @@ std::optional<Armpits> FindByArms(const MeasuredSurface& body, double waist) {
   return Armpits{Armpits::Sign::kArms, 0.5 * (first + second), std::abs(first - second), 0.0};
 }
 
-/// Arms that are cut off leave stumps, whose lower edge is a sudden widening: much steeper than 30 mm above and below.
+/// Arms that are cut off leave stumps, whose lower edge is a sudden widening: the steepest, and much steeper than 30 mm
+/// above and below.
 std::optional<Armpits> FindByStumps(const MeasuredSurface& body, double waist) {
-  constexpr double kStep = 2.5;      // mm
-  constexpr double kSteepest = 0.6;  // mm/mm of the breadth; a trunk's taper has less
-  constexpr std::size_t kAway = 12;  // steps: 30 mm
+  constexpr double kStep = 2.5;       // mm
+  constexpr double kSteepest = 0.75;  // mm/mm of the breadth; a trunk's taper has less
+  constexpr double kSudden = 1.4;     // times the slope nearby
+  constexpr std::size_t kAway = 12;   // steps: 30 mm
   const SectionSampler sampler(body.surface(), EvenDirections(180));
   std::vector<double> breadth;
   const double highest = std::min(body.surface().z_max(), waist + kHighest);
@@ -74,16 +76,19 @@ std::optional<Armpits> FindByStumps(const MeasuredSurface& body, double waist) {
     }
     breadth.push_back(right - left);
   }
+  // Stumps are the broadest part of a trunk: nothing above them is looked at.
+  const auto broadest = static_cast<std::size_t>(std::max_element(breadth.begin(), breadth.end()) - breadth.begin());
   constexpr std::size_t kHalf = 3;  // steps: kWideningHalf
   const auto slope = [&](std::size_t k) { return (breadth[k + kHalf] - breadth[k - kHalf]) / (2.0 * kHalf * kStep); };
   const auto first = static_cast<std::size_t>(kLowest / kStep);
-  for (std::size_t k = first; k + kHalf + kAway < breadth.size(); ++k) {
+  std::optional<Armpits> steepest;
+  for (std::size_t k = first; k <= broadest && k + kHalf + kAway < breadth.size(); ++k) {
     const double here = slope(k);
     const double near = std::max(slope(k - kAway), slope(k + kAway));
-    if (here < kSteepest || here < 2.0 * near || here < slope(k - 1) || here <= slope(k + 1)) continue;
-    return Armpits{Armpits::Sign::kStumps, waist + static_cast<double>(k) * kStep, 0.0, here};
+    if (here < kSteepest || here < kSudden * near || (steepest && here <= steepest->steepness)) continue;
+    steepest = Armpits{Armpits::Sign::kStumps, waist + static_cast<double>(k) * kStep, 0.0, here};
   }
-  return std::nullopt;
+  return steepest;
 }
 
 }  // namespace

@@ -21,31 +21,33 @@ struct GirthLevel {
   const char* id;
   std::optional<double> BodyShape::*coarse;
   Extremum extremum;
-  double half;     ///< mm; half the window of the parabola.
+  double half;     ///< mm; half the window of the parabola; half of it where that would leave the surface.
+  double clear;    ///< mm from the extremum within which nothing else changes the girth.
   double placing;  ///< mm; sd, see docs/landmarks.md.
 };
-constexpr GirthLevel kHead{"level.head", &BodyShape::head, Extremum::kLargest, 15.0, 2.0};
-constexpr GirthLevel kNeck{"level.neck", &BodyShape::neck, Extremum::kSmallest, 10.0, 2.0};
-constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 20.0, 2.0};
-constexpr GirthLevel kWaist{"level.waist", &BodyShape::waist, Extremum::kSmallest, 25.0, 2.0};
-constexpr GirthLevel kHip{"level.hip", &BodyShape::hip, Extremum::kLargest, 25.0, 2.0};
+constexpr GirthLevel kHead{"level.head", &BodyShape::head, Extremum::kLargest, 15.0, 15.0, 2.0};
+constexpr GirthLevel kNeck{"level.neck", &BodyShape::neck, Extremum::kSmallest, 10.0, 25.0, 2.0};
+constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 20.0, 50.0, 2.0};
+constexpr GirthLevel kWaist{"level.waist", &BodyShape::waist, Extremum::kSmallest, 25.0, 60.0, 2.0};
+constexpr GirthLevel kHip{"level.hip", &BodyShape::hip, Extremum::kLargest, 25.0, 60.0, 2.0};
 
-/// By how much the girth falls from its extremum on the side on which it falls less, 2.5 windows away.
+/// By how much the girth falls from its extremum on the side on which it falls less.
 double Depth(const SplineSurface& surface, const HeightFunction& tape, double z, const GirthLevel& level) {
   const double sign = level.extremum == Extremum::kLargest ? 1.0 : -1.0;
-  const double away = 2.5 * level.half;
   double depth = std::numeric_limits<double>::infinity();
-  for (const double side : {std::max(z - away, surface.z_min()), std::min(z + away, surface.z_max())}) {
+  for (const double side : {std::max(z - level.clear, surface.z_min()), std::min(z + level.clear, surface.z_max())}) {
     depth = std::min(depth, sign * (tape.value(z) - tape.value(side)));
   }
   return std::max(0.0, depth);
 }
 
 Landmark ExtremumLevel(const MeasuredSurface& body, double coarse, const GirthLevel& level) {
-  const SectionSampler sampler(body.surface(), SeenDirections(body, coarse, 2.0 * level.half, kTapeDirections));
+  const SplineSurface& surface = body.surface();
+  const SectionSampler sampler(surface, SeenDirections(body, coarse, 2.0 * level.half, kTapeDirections));
   const HeightFunction tape = TapeOver(sampler);
-  const std::optional<Estimate> vertex = FindLevelVertex(body.surface(), tape, coarse, level.half, level.extremum);
-  const double depth = Depth(body.surface(), tape, vertex ? vertex->value : coarse, level);
+  std::optional<Estimate> vertex = FindLevelVertex(surface, tape, coarse, level.half, level.extremum);
+  if (!vertex) vertex = FindLevelVertex(surface, tape, coarse, 0.5 * level.half, level.extremum);
+  const double depth = Depth(surface, tape, vertex ? vertex->value : coarse, level);
   constexpr double kClear = 2.0;  // mm of girth
   const double confidence = depth / (depth + kClear);
   // Without a vertex the extremum is a corner or lies beside a step: known as well as the coarse steps are.

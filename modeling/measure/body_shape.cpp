@@ -95,19 +95,23 @@ std::optional<std::size_t> FindHip(const GirthRun& girths, std::size_t waist) {
   return best;
 }
 
-/// From the waist up, the girth grows to the bust; above it, it falls a little or jumps up where the arms join. None if
-/// it grows all the way to `highest` or to the arms.
+/// From the waist up, the girth grows to the bust; above it, it falls clearly or jumps up where the arms join. None if
+/// it grows all the way to `highest` or to the arms, or falls so little that noise would decide.
 std::optional<std::size_t> FindChest(const GirthRun& girths, std::size_t waist, std::size_t upper, double highest) {
+  constexpr double kClearFall = 0.995;
   std::size_t chest = waist;
-  std::size_t end = waist;
+  double lowest = girths[waist].tape;  // above the chest
   for (std::size_t k = waist; k-- > upper;) {
     // The arms join: hidden armpits, or more than 4 % in 5 mm.
     if (girths[k].z > highest || girths[k].bridged || girths[k].tape > 1.04 * girths[k + 1].tape) break;
-    end = k;
-    if (girths[k].tape > girths[chest].tape) chest = k;
+    lowest = std::min(lowest, girths[k].tape);
+    if (girths[k].tape > girths[chest].tape) {
+      chest = k;
+      lowest = girths[k].tape;
+    }
     if (girths[chest].z < girths[k].z - 60.0) break;  // no longer growing for 60 mm
   }
-  if (chest == waist || chest == end) return std::nullopt;
+  if (chest == waist || lowest > kClearFall * girths[chest].tape) return std::nullopt;
   return chest;
 }
 

@@ -17,8 +17,8 @@ constexpr std::array<LandmarkEntry, 18> kCatalog{{
      "Height of the largest horizontal tape girth above the ears, where hollows of the section begin.", kLevel},
     {"level.neck", "Neck level", "Height of the smallest horizontal tape girth below the head.", kLevel},
     {"neck_back", "Back neck point (cervicale)",
-     "In the mid-plane behind, where the back's profile bulges most below the neck level, over a chord of 50 mm; "
-     "without a bulge, at the height of the side neck points.",
+     "In the mid-plane behind, where the back's profile bulges most, over a chord of 50 mm, within 40 mm of the height "
+     "of the side neck points; without a bulge, at that height.",
      kPoint},
     {"neck_right", "Side neck point, right",
      "On the outline seen from the front, where it first slopes by 45 degrees going down from the neck to the right "
@@ -29,8 +29,7 @@ constexpr std::array<LandmarkEntry, 18> kCatalog{{
      "shoulder.",
      kPoint},
     {"neck_front", "Front neck point",
-     "In the mid-plane in front, where the profile is most hollow between neck level and chest, over a chord of 50 mm "
-     "(the pit of the neck).",
+     "Point of the mid-plane in front that is set back most between the chin and the chest (the pit of the neck).",
      kPoint},
     {"shoulder_right", "Shoulder point, right",
      "On the outline seen from the front, where it turns down by more than 45 degrees again outside the right "
@@ -45,8 +44,8 @@ constexpr std::array<LandmarkEntry, 18> kCatalog{{
      "suddenly.",
      kLevel},
     {"level.chest", "Chest (bust) level",
-     "Height of the largest horizontal tape girth between axilla and waist; where it grows up to the axilla, of the "
-     "most forward part of the chest.",
+     "Height of the largest horizontal tape girth between axilla and waist; where the girth does not fall by 0.5 % "
+     "above it, of the most forward part of the chest.",
      kLevel},
     {"bust_right", "Bust point, right", "Most forward point of the chest's right half about the chest level.", kPoint},
     {"bust_left", "Bust point, left", "Most forward point of the chest's left half about the chest level.", kPoint},

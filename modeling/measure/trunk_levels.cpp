@@ -9,6 +9,7 @@
 #include "base/frames.h"
 #include "modeling/measure/girth_profile.h"
 #include "modeling/measure/level_vertex.h"
+#include "modeling/measure/mid_direction.h"
 #include "modeling/measure/surface_vertex.h"
 
 namespace annulus {
@@ -55,21 +56,6 @@ Landmark ByProportion(std::string_view id, Estimate z, double placing) {
 }
 
 Landmarks Omitted(std::string_view id, std::string_view why) { return {{}, {OmittedText(id, why)}}; }
-
-/// The direction, rad, of the point of the mid-plane in front (or, turned by pi, behind) at height z. The mid-plane
-/// passes through the section's centroid.
-double MidDirection(const MeasuredSurface& body, double toward, double z) {
-  const std::vector<Eigen::Vector2d> points = SectionSampler(body.surface(), EvenDirections(180)).Points(z);
-  const Eigen::Vector2d sideways(-std::sin(toward), std::cos(toward));
-  const double aside = Centroid(points).dot(sideways);
-  double theta = toward;
-  // r(theta) sin(theta - toward) = aside: a few steps, since the centroid is near the axis.
-  for (int k = 0; k < 10; ++k) {
-    const double radius = body.surface().Radius(theta, z);
-    theta = toward + std::asin(std::clamp(aside / std::max(radius, 1.0), -0.9, 0.9));
-  }
-  return theta;
-}
 
 /// How deep the surface lies at a place below its surroundings `around` mm away, along `direction`, mm: the least of
 /// four opposite pairs' means.
