@@ -1,0 +1,49 @@
+#include "modeling/measure/landmarks.h"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "modeling/measure/body_landmarks.h"
+#include "modeling/measure/body_levels.h"
+#include "modeling/measure/body_shape.h"
+#include "modeling/measure/head_landmarks.h"
+#include "modeling/measure/landmark_catalog.h"
+
+namespace annulus {
+
+Landmarks FindLandmarks(const MeasuredSurface& body, const TaskContext& context) {
+  const BodyShape shape = FindBodyShape(body, context);
+  Landmarks head = FindHeadLandmarks(body);
+  Landmarks levels = FindLevels(body, shape);
+  Landmarks points = FindBodyPoints(body, shape, levels);
+  Landmarks all;
+  for (const Landmark& entry : AllLandmarks()) {
+    for (Landmarks* part : {&head, &levels, &points}) {
+      const auto found = std::find_if(part->found.begin(), part->found.end(),
+                                      [&](const Landmark& landmark) { return landmark.id == entry.id; });
+      if (found != part->found.end()) all.found.push_back(std::move(*found));
+    }
+  }
+  for (Landmarks* part : {&head, &levels, &points}) {
+    std::move(part->omitted.begin(), part->omitted.end(), std::back_inserter(all.omitted));
+  }
+  return all;
+}
+
+std::vector<Landmark> AllLandmarks() {
+  std::vector<Landmark> all;
+  for (const HeadLandmarkEntry& entry : HeadLandmarkCatalog()) {
+    Landmark landmark;
+    landmark.id = entry.id;
+    landmark.term = entry.term;
+    landmark.definition = entry.definition;
+    landmark.kind = entry.kind;
+    all.push_back(std::move(landmark));
+  }
+  for (const LandmarkEntry& entry : BodyLandmarkCatalog()) all.push_back(FromCatalog(entry.id));
+  return all;
+}
+
+}  // namespace annulus
