@@ -11,6 +11,8 @@
 namespace annulus {
 namespace {
 
+constexpr double kPathDepth = 0.6e-3;  ///< mm
+constexpr double kMostParts = 16.0;
 constexpr double kKnowledgeStep = 5.0;  ///< mm; spans are looked under at least so often.
 
 /// How far inside the body a point is, along its normal to first order, mm; negative outside.
@@ -21,13 +23,24 @@ double DepthOf(const SplineSurface& surface, const Eigen::Vector3d& point) {
   return (jet.r - rho) / std::sqrt(1.0 + jet.r_z * jet.r_z + std::pow(jet.r_theta / std::max(rho, 1e-9), 2));
 }
 
+/// Hermite's cubic in (theta, z) from 0 to `step`, over t = 0 … 1, with its slopes at both ends.
+struct HermitePiece {
+  Eigen::Vector2d step, slope_from, slope_to;
+
+  [[nodiscard]] Eigen::Vector2d At(double t) const {
+    return t * t * (3.0 - 2.0 * t) * step + t * (1.0 - t) * (1.0 - t) * slope_from - t * t * (1.0 - t) * slope_to;
+  }
+  [[nodiscard]] Eigen::Vector2d Slope(double t) const {
+    return 6.0 * t * (1.0 - t) * step + (1.0 - t) * (1.0 - 3.0 * t) * slope_from + t * (3.0 * t - 2.0) * slope_to;
+  }
+};
+
 /// A path in (theta, z) over one edge: what it adds to the length.
 class CurveSum {
  public:
   explicit CurveSum(const MeasuredSurface& body) : body_(&body), surface_(&body.surface()), gradient_(*surface_) {}
 
-  void AddSurfacePiece(const SurfacePlace& from, const Eigen::Vector2d& step, const Eigen::Vector2d& slope_from,
-                       const Eigen::Vector2d& slope_to);
+  void AddSurfacePiece(const SurfacePlace& from, const HermitePiece& cubic);
   void AddStraightPiece(const PathPoint& from, const PathPoint& to);
   [[nodiscard]] Estimate Length() const { return {length_, gradient_.Get()}; }
   [[nodiscard]] PathKnowledge Knowledge() const {
@@ -52,17 +65,12 @@ void CurveSum::AddSeen(const SurfacePlace& place, double length, bool touching) 
   if (known == annulus::Knowledge::kUnknown && touching) unknown_ += length;
 }
 
-void CurveSum::AddSurfacePiece(const SurfacePlace& from, const Eigen::Vector2d& step, const Eigen::Vector2d& slope_from,
-                               const Eigen::Vector2d& slope_to) {
-  static const std::array<double, 2> kUnit{0.0, 1.0};
+void CurveSum::AddSurfacePiece(const SurfacePlace& from, const HermitePiece& cubic) {
   double piece = 0.0;
-  for (const QuadratureNode& node : PiecewiseGauss(kUnit)) {
+  for (const QuadratureNode& node : PiecewiseGauss(std::array<double, 2>{0.0, 1.0})) {
     const double t = node.x;
-    // Hermite's cubic from 0 to `step`, slopes per unit of t.
-    const Eigen::Vector2d at =
-        t * t * (3.0 - 2.0 * t) * step + t * (1.0 - t) * (1.0 - t) * slope_from - t * t * (1.0 - t) * slope_to;
-    const Eigen::Vector2d slope =
-        6.0 * t * (1.0 - t) * step + (1.0 - t) * (1.0 - 3.0 * t) * slope_from + t * (3.0 * t - 2.0) * slope_to;
+    const Eigen::Vector2d at = cubic.At(t);
+    const Eigen::Vector2d slope = cubic.Slope(t);
     const RadiusRow row = surface_->Row(from.theta + at.x(), from.z + at.y());
     double r = 0.0;
     double r_slope = 0.0;
@@ -81,7 +89,7 @@ void CurveSum::AddSurfacePiece(const SurfacePlace& from, const Eigen::Vector2d& 
   }
   length_ += piece;
   AddSeen(from, 0.5 * piece, true);
-  AddSeen({from.theta + step.x(), from.z + step.y()}, 0.5 * piece, true);
+  AddSeen({from.theta + cubic.step.x(), from.z + cubic.step.y()}, 0.5 * piece, true);
 }
 
 void CurveSum::AddStraightPiece(const PathPoint& from, const PathPoint& to) {
@@ -194,20 +202,32 @@ bool RunsOnSurface(const SplineSurface& surface, const TautString& string, std::
 
 SurfaceDistance MeasureString(const MeasuredSurface& body, const TautString& string) {
   const SplineSurface& surface = body.surface();
-  std::vector<PathPoint> path;
-  for (const StringVertex& vertex : string.vertices()) {
-    path.push_back(vertex.touches ? RadialPoint(surface, vertex.place)
-                                  : PathPoint{vertex.place, vertex.position, Eigen::Vector3d::Zero()});
-  }
   const StringPieces pieces(surface, string);
+  const std::vector<StringVertex>& vertices = string.vertices();
+  const auto point = [&](const StringVertex& vertex) {
+    return vertex.touches ? RadialPoint(surface, vertex.place)
+                          : PathPoint{vertex.place, vertex.position, Eigen::Vector3d::Zero()};
+  };
   CurveSum sum(body);
+  std::vector<PathPoint> path;
   for (std::size_t k = 0; k < string.edge_count(); ++k) {
-    if (pieces.OnSurface(k)) {
-      sum.AddSurfacePiece(path[k].place, pieces.Step(k), pieces.SlopeAtStart(k), pieces.SlopeAtEnd(k));
-    } else {
-      sum.AddStraightPiece(path[k], path[(k + 1) % path.size()]);
+    const StringVertex& from = vertices[k];
+    path.push_back(point(from));
+    if (!pieces.OnSurface(k)) {
+      sum.AddStraightPiece(path.back(), point(vertices[(k + 1) % vertices.size()]));
+      continue;
+    }
+    const HermitePiece piece{pieces.Step(k), pieces.SlopeAtStart(k), pieces.SlopeAtEnd(k)};
+    sum.AddSurfacePiece(from.place, piece);
+    // So close that the polygon through the path's points stays within kPathDepth.
+    const double parts = std::min(kMostParts, std::ceil(std::sqrt(DepthOfEdge(surface, string, k) / kPathDepth)));
+    for (double part = 1.0; part < parts; part += 1.0) {
+      const Eigen::Vector2d at = piece.At(part / parts);
+      const double z = std::clamp(from.place.z + at.y(), string.rules().z_min, string.rules().z_max);
+      path.push_back(RadialPoint(surface, {WrapAngle(from.place.theta + at.x()), z}));
     }
   }
+  if (string.rules().ends == PathEnds::kOpen) path.push_back(point(vertices.back()));
   return {sum.Length(), sum.Knowledge(), std::move(path)};
 }
 

@@ -15,10 +15,9 @@ namespace {
 constexpr double kCoarseEdge = 8.0;  ///< mm
 constexpr std::size_t kFewestCoarse = 16;
 constexpr std::size_t kMostCoarse = 64;
-constexpr int kCoarseSteps = 40;
-constexpr int kFineSteps = 30;
+constexpr TightenEffort kCoarseEffort{25, 1e-5};
 constexpr EdgeDepths kCoarseDepths{0.5, 0.5};
-constexpr int kRounds = 6;
+constexpr int kRounds = 4;
 constexpr std::size_t kMostParts = 8;
 constexpr std::size_t kMostEdges = 2000;
 constexpr double kCoincident = 1e-9;  ///< mm
@@ -85,7 +84,7 @@ TautString StringAlong(const SplineSurface& surface, const StringRules& rules,
   return {surface, rules, std::move(vertices)};
 }
 
-void Refine(const SplineSurface& surface, const EdgeDepths& depths, TautString& string) {
+void Refine(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort, TautString& string) {
   for (int round = 0; round < kRounds && string.edge_count() < kMostEdges; ++round) {
     std::vector<std::size_t> parts;
     for (std::size_t k = 0; k < string.edge_count(); ++k) {
@@ -97,7 +96,7 @@ void Refine(const SplineSurface& surface, const EdgeDepths& depths, TautString& 
     }
     if (std::all_of(parts.begin(), parts.end(), [](std::size_t part) { return part == 1; })) return;
     string.Split(parts);
-    string.Tighten(kFineSteps);
+    string.Tighten(effort);
   }
 }
 
@@ -109,13 +108,13 @@ TautString ShortestString(const SplineSurface& surface, const StringRules& rules
     for (std::size_t k = 0; k + 1 < route.size(); ++k) length += (route[k + 1] - route[k]).norm();
     const auto edges = static_cast<std::size_t>(std::min(length / kCoarseEdge, 1e6));
     TautString string = StringAlong(surface, rules, route, std::clamp(edges, kFewestCoarse, kMostCoarse));
-    string.Tighten(kCoarseSteps);
-    Refine(surface, kCoarseDepths, string);
+    string.Tighten(kCoarseEffort);
+    Refine(surface, kCoarseDepths, kCoarseEffort, string);
     if (!best || string.Length() < best->Length()) best = std::move(string);
   }
   while (best->edge_count() < kMostEdges / 2 && best->Length() > edge * static_cast<double>(best->edge_count())) {
     best->Split(std::vector<std::size_t>(best->edge_count(), 2));
-    best->Tighten(kFineSteps);
+    best->Tighten(kFineEffort);
   }
   return std::move(*best);
 }

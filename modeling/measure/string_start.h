@@ -36,7 +36,10 @@ struct EdgeDepths {
 };
 
 /// Divides the edges that are deeper and pulls the string taut again, until none is (at most some rounds).
-void Refine(const SplineSurface& surface, const EdgeDepths& depths, TautString& string);
+void Refine(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort, TautString& string);
+
+/// The effort of a final result: a string on a smooth surface is then exact to 1e-9.
+inline constexpr TightenEffort kFineEffort{10, 1e-9};
 
 /// The shortest string among those that the routes lead to, taut, with edges of `edge` mm at most.
 [[nodiscard]] TautString ShortestString(const SplineSurface& surface, const StringRules& rules,

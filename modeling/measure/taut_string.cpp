@@ -224,9 +224,9 @@ double TautString::Step(const System& system, const ChainSystem& model, double e
   return kFailed;
 }
 
-void TautString::Tighten(int max_steps) {
+void TautString::Tighten(const TightenEffort& effort) {
   double damping = 0.0;
-  for (int steps = 0; steps < max_steps; ++steps) {
+  for (int steps = 0; steps < effort.most_steps; ++steps) {
     const double energy = Energy(vertices_);
     const System system = Linearise();
     // Newton's model; where it is not convex or leads astray, that of Gauss and Newton, damped if need be.
@@ -242,7 +242,7 @@ void TautString::Tighten(int max_steps) {
       if (damping >= kLastDamping) return;
       damping = std::max(kFirstDamping, 10.0 * damping);
     }
-    if (gained == 0.0) return;
+    if (gained <= effort.least_gain * energy) return;
     damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
   }
 }

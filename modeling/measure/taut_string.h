@@ -45,6 +45,12 @@ struct StringRules {
 /// A vertex on the surface.
 [[nodiscard]] StringVertex VertexAt(const SplineSurface& surface, const SurfacePlace& place);
 
+/// When to stop.
+struct TightenEffort {
+  int most_steps = 0;
+  double least_gain = 0.0;  ///< Share of the energy that a step must gain for another one to follow.
+};
+
 /// A string over a surface r(theta, z), pulled taut by minimising its energy ½ Σ |P_{k+1} - P_k|² / share_k: at the
 /// minimum all edges have the same tension |P_{k+1} - P_k| / share_k and the string is as short as it can be nearby.
 /// Newton's method with the exact Hessian (block tridiagonal, 3 × 3), an active set of the vertices that touch, and
@@ -60,8 +66,8 @@ class TautString {
   /// Length of the polygon, mm.
   [[nodiscard]] double Length() const;
 
-  /// Pulls the string taut: until a step would change the energy by less than 1e-14 of it, or after `max_steps`.
-  void Tighten(int max_steps);
+  /// Pulls the string taut, as far as the effort goes.
+  void Tighten(const TightenEffort& effort);
   /// Divides edge k into `parts[k]` >= 1 parts. Requires one number per edge.
   void Split(const std::vector<std::size_t>& parts);
   /// Sets the shares to the edges' lengths: vertices that are held then do not favour any side.

@@ -13,8 +13,7 @@ namespace annulus {
 namespace {
 
 constexpr double kEdge = 4.0;  ///< mm, before it is refined where the tape bends.
-constexpr EdgeDepths kDepths{0.05, 0.9 * kTapeDepth};
-constexpr int kSteps = 30;
+constexpr EdgeDepths kDepths{0.05, 0.6 * kTapeDepth};
 constexpr std::size_t kQuarters = 4;
 
 /// The routes of a tape: over the hulls of the rows, and those of the geodesic.
@@ -77,7 +76,7 @@ Result<SurfaceDistance> TautTape(const MeasuredSurface& body, const SurfacePlace
   const SurfacePlace& last = backwards ? from : to;
   const StringRules rules{StringSide::kOutside, PathEnds::kOpen, surface.z_min(), surface.z_max()};
   TautString string = ShortestString(surface, rules, TapeRoutes(surface, first, last), kEdge);
-  Refine(surface, kDepths, string);
+  Refine(surface, kDepths, kFineEffort, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());
@@ -97,13 +96,13 @@ Result<SurfaceDistance> TautLoop(const MeasuredSurface& body, double z) {
     }
   }
   TautString string = HullString(surface, rules, z);
-  string.Tighten(kSteps);
+  string.Tighten(kFineEffort);
   while (string.Length() / static_cast<double>(string.edge_count()) > kEdge) {
     string.ShareByLength();
     string.Split(std::vector<std::size_t>(string.edge_count(), 2));
-    string.Tighten(kSteps);
+    string.Tighten(kFineEffort);
   }
-  Refine(surface, kDepths, string);
+  Refine(surface, kDepths, kFineEffort, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   return distance;

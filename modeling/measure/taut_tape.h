@@ -12,7 +12,8 @@ inline constexpr double kLoopBand = 10.0;
 /// The shortest path in space between two places of `surface()` that does not enter the body: what a tape reads that is
 /// pulled taut from one to the other. It lies on the skin where that is convex along it and runs straight over hollows;
 /// where the body is convex it is the geodesic. The body is what lies inside `surface()` between its lowest and highest
-/// z; the tape keeps to that range too. Never longer than GeodesicDistance, never shorter than the chord. Points of the
+/// z; the tape keeps to that range too. Not longer than GeodesicDistance (to 1e-4 of it), nor
+/// shorter than the chord. Points of the
 /// path off the skin have the direction and height of what lies under them as place, and do not move with it.
 /// Exchanging `from` and `to` gives the same path backwards. Coincident places: length 0. Where the tape spans what was
 /// not seen, that counts as not measured; where it would touch it, the call fails, as it does if a number is not finite
