@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
-#include "base/units.h"
+#include "base/frames.h"
+#include "modeling/measure/ear_outline.h"
 
 namespace annulus {
 namespace {
@@ -17,87 +17,6 @@ using Eigen::Vector3d;
 constexpr const char* kAttempt = "find the face points";
 constexpr const char* kAdvice =
     "check that the model shows a head that faces +y (theta 90 degrees), or enter the points";
-
-// Heights below the top of the head in which an adult's or child's nose tip lies, hair included, mm.
-constexpr double kNoseHighest = 85.0;
-constexpr double kNoseLowest = 210.0;
-constexpr double kNeckLowest = 330.0;
-constexpr double kLeastHead = 150.0;
-/// How far a nose stands out between points 15 degrees to either side, mm; less is no nose.
-constexpr double kLeastNose = 4.0;
-
-constexpr int kFullCircle = 360;
-
-/// r(theta, z) of the head sampled at whole degrees and millimetres below its top: what the searches run on.
-class HeadGrid {
- public:
-  HeadGrid(const SplineSurface& head, double depth)
-      : top_(head.z_max()), rows_(static_cast<int>(std::floor(std::min(depth, head.z_max() - head.z_min()))) + 1) {
-    radius_.reserve(static_cast<std::size_t>(rows_) * kFullCircle);
-    for (int row = 0; row < rows_; ++row) {
-      for (int degree = 0; degree < kFullCircle; ++degree) {
-        radius_.push_back(std::max(head.Radius(RadiansFromDegrees(degree), z(row)), 0.0));
-      }
-    }
-  }
-
-  [[nodiscard]] int rows() const { return rows_; }
-  [[nodiscard]] double z(int row) const { return top_ - row; }
-  /// The row nearest to z, within the grid.
-  [[nodiscard]] int RowAt(double z) const { return std::clamp(static_cast<int>(std::lround(top_ - z)), 0, rows_ - 1); }
-  /// Radius at any whole degree; rows beyond the grid repeat its border.
-  [[nodiscard]] double r(int degree, int row) const {
-    const int column = ((degree % kFullCircle) + kFullCircle) % kFullCircle;
-    return radius_[static_cast<std::size_t>(std::clamp(row, 0, rows_ - 1) * kFullCircle + column)];
-  }
-  [[nodiscard]] Vector3d Point(int degree, int row) const {
-    return PointFromCylindrical(RadiansFromDegrees(degree), r(degree, row), z(row));
-  }
-  [[nodiscard]] double MeanRadius(int row) const {
-    double sum = 0.0;
-    for (int degree = 0; degree < kFullCircle; ++degree) sum += r(degree, row);
-    return sum / kFullCircle;
-  }
-
- private:
-  double top_;
-  int rows_;
-  std::vector<double> radius_;
-};
-
-/// The row of the smallest mean girth below the face.
-int NeckRow(const HeadGrid& grid) {
-  int neck = std::min(grid.rows() - 1, static_cast<int>(kLeastHead));
-  for (int row = neck; row < grid.rows(); ++row) {
-    if (grid.MeanRadius(row) < grid.MeanRadius(neck)) neck = row;
-  }
-  return neck;
-}
-
-struct GridPlace {
-  int degree;
-  int row;
-};
-
-/// The nose's tip: forward, and standing out from what is 15 degrees to either side. Forehead and chin are too broad.
-std::optional<GridPlace> FindNose(const HeadGrid& grid, int neck) {
-  const auto prominence = [&grid](int degree, int row) {
-    return grid.r(degree, row) - 0.5 * (grid.r(degree - 15, row) + grid.r(degree + 15, row));
-  };
-  GridPlace best{90, 0};
-  double best_score = 0.0;
-  for (int row = static_cast<int>(kNoseHighest); row <= std::min(neck, static_cast<int>(kNoseLowest)); ++row) {
-    for (int degree = 55; degree <= 125; ++degree) {
-      const double score = grid.Point(degree, row).y() + prominence(degree, row);
-      if (score > best_score) {
-        best = {degree, row};
-        best_score = score;
-      }
-    }
-  }
-  if (best_score == 0.0 || prominence(best.degree, best.row) < kLeastNose) return std::nullopt;
-  return best;
-}
 
 /// The tip on the surface: most forward near the grid's maximum, halfway between the flanks 3 mm behind it.
 FacePoint RefinePronasale(const SplineSurface& head, const HeadGrid& grid, const GridPlace& nose) {
@@ -143,8 +62,6 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
   if (deepest >= 1.0) return {head.Point(theta, tip_z + chord_place), LandmarkSource::kDetected};
   return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), LandmarkSource::kProportion};
 }
-
-enum class BodySide { kRight, kLeft };
 
 /// Sums of a centroid.
 struct Centroid {
@@ -197,117 +114,16 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const Vector3
           found ? LandmarkSource::kDetected : LandmarkSource::kProportion};
 }
 
-/// How far the ear stands out of the head: the surface less its morphological opening around (features narrower than
-/// 45° removed), on a window of degrees counted from the side's middle, forward positive.
-class EarRelief {
- public:
-  static constexpr int kBack = -56;
-  static constexpr int kFront = 35;
-
-  EarRelief(const HeadGrid& grid, BodySide side) : grid_(grid), side_(side) {}
-
-  [[nodiscard]] int Degree(int forward) const { return side_ == BodySide::kRight ? forward : 180 - forward; }
-  /// The head without the ear, mm from the axis, one value per degree from kBack to kFront.
-  [[nodiscard]] std::vector<double> Base(int row) const {
-    constexpr int kHalf = 22;
-    const auto lowest = [&](int forward) {
-      double low = grid_.r(Degree(forward - kHalf), row);
-      for (int k = -kHalf + 1; k <= kHalf; ++k) low = std::min(low, grid_.r(Degree(forward + k), row));
-      return low;
-    };
-    std::vector<double> eroded;
-    for (int forward = kBack - kHalf; forward <= kFront + kHalf; ++forward) eroded.push_back(lowest(forward));
-    std::vector<double> opened;
-    for (auto start = eroded.begin(); start + 2 * kHalf < eroded.end(); ++start) {
-      opened.push_back(*std::max_element(start, start + 2 * kHalf + 1));
-    }
-    return opened;
-  }
-  [[nodiscard]] std::vector<double> Height(int row) const {
-    std::vector<double> height = Base(row);
-    for (std::size_t k = 0; k < height.size(); ++k) {
-      height[k] = grid_.r(Degree(kBack + static_cast<int>(k)), row) - height[k];
-    }
-    return height;
-  }
-
- private:
-  const HeadGrid& grid_;
-  BodySide side_;
-};
-
-/// The ear's relief, row by row downwards, only near the column in which it stands out most: the cheek's hollows far in
-/// front of the ear also make some relief.
-std::vector<std::vector<double>> EarOnly(const EarRelief& relief, int first, int last) {
-  constexpr std::size_t kReach = 20;
-  std::vector<std::vector<double>> heights;
-  for (int row = first; row <= last; ++row) heights.push_back(relief.Height(row));
-  std::vector<double> columns(heights.front().size(), 0.0);
-  for (const std::vector<double>& row : heights) {
-    for (std::size_t k = 0; k < row.size(); ++k) columns[k] += row[k];
-  }
-  const auto ear = static_cast<std::size_t>(std::max_element(columns.begin(), columns.end()) - columns.begin());
-  for (std::vector<double>& row : heights) {
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      if (k + kReach < ear || k > ear + kReach) row[k] = 0.0;
-    }
-  }
-  return heights;
-}
-
-/// The rows that the ear takes, counted from the first row searched.
-struct EarRows {
-  std::size_t upper;
-  std::size_t lower;
-  double edge;  ///< mm; the relief at which it ends.
-};
-
-/// From the row where the ear is largest up and down until it stands out by a fifth of its height only. Empty if that
-/// is nothing like an ear.
-std::optional<EarRows> FindEarRows(const std::vector<std::vector<double>>& heights) {
-  constexpr double kLeastEar = 4.0;
-  constexpr double kLeastEdge = 2.0;
-  constexpr std::size_t kShortest = 20;
-  constexpr std::size_t kLongest = 100;
-  std::vector<double> peaks;
-  std::vector<double> sums;
-  for (const std::vector<double>& row : heights) {
-    peaks.push_back(*std::max_element(row.begin(), row.end()));
-    sums.push_back(std::accumulate(row.begin(), row.end(), 0.0));
-  }
-  const double peak = *std::max_element(peaks.begin(), peaks.end());
-  const auto middle = static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
-  EarRows rows{middle, middle, std::max(0.2 * peak, kLeastEdge)};
-  while (rows.upper > 0 && peaks[rows.upper - 1] >= rows.edge) --rows.upper;
-  while (rows.lower + 1 < peaks.size() && peaks[rows.lower + 1] >= rows.edge) ++rows.lower;
-  const std::size_t length = rows.lower - rows.upper;
-  if (peak < kLeastEar || length < kShortest || length > kLongest || rows.upper == 0) return std::nullopt;
-  return rows;
-}
-
 /// The top of the ear, where the temple lies between ear and head; by proportion if there is no ear.
 FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
-  constexpr int kUsualForward = -4;
+  constexpr double kUsualForward = -4.0;
   constexpr double kUsualBelow = 2.0;
-  const EarRelief relief(grid, side);
-  const int first = grid.RowAt(sellion.z() + 25.0);
-  const std::vector<std::vector<double>> heights = EarOnly(relief, first, grid.RowAt(sellion.z() - 75.0));
-  const std::optional<EarRows> rows = FindEarRows(heights);
-  if (!rows) {
-    return {head.Point(RadiansFromDegrees(relief.Degree(kUsualForward)), sellion.z() - kUsualBelow),
-            LandmarkSource::kProportion};
+  const auto ear = FindEarOutline(grid, side, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  if (!ear) {
+    const double degrees = side == BodySide::kRight ? kUsualForward : 180.0 - kUsualForward;
+    return {head.Point(RadiansFromDegrees(degrees), sellion.z() - kUsualBelow), LandmarkSource::kProportion};
   }
-  Centroid forward;
-  const std::vector<double>& top = heights[rows->upper];
-  for (std::size_t k = 0; k < top.size(); ++k) {
-    forward.Add(std::max(top[k] - 0.5 * rows->edge, 0.0), EarRelief::kBack + static_cast<double>(k));
-  }
-  const int row = first + static_cast<int>(rows->upper);
-  const auto degree = static_cast<int>(std::lround(forward.value()));
-  const double base = relief.Base(row)[static_cast<std::size_t>(degree - EarRelief::kBack)];
-  const double radius = std::min(grid.r(relief.Degree(degree), row), base + rows->edge);
-  return {PointFromCylindrical(RadiansFromDegrees(relief.Degree(degree)), radius, grid.z(row)),
-          LandmarkSource::kDetected};
+  return {PointFromCylindrical(ear->top_theta, ear->top_radius, ear->top_z), LandmarkSource::kDetected};
 }
 
 /// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
@@ -333,7 +149,10 @@ Result<FacePoints> FindFacePoints(const SplineSurface& head) {
   if (head.z_max() - head.z_min() < kLeastHead) {
     return Fail(kAttempt, fmt::format("the surface is only {:.0f} mm high", head.z_max() - head.z_min()), kAdvice);
   }
-  const HeadGrid grid(head, kNeckLowest);
+  return FindFacePoints(head, HeadGrid(head, kHeadDepth));
+}
+
+Result<FacePoints> FindFacePoints(const SplineSurface& head, const HeadGrid& grid) {
   const std::optional<GridPlace> nose = FindNose(grid, NeckRow(grid));
   if (!nose) {
     return Fail(kAttempt,

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "fitting/spline_surface.h"
+#include "modeling/measure/head_grid.h"
 #include "modeling/measure/landmark.h"
 
 namespace annulus {
@@ -39,5 +40,7 @@ struct NamedFacePoint {
 /// Finds the face points on a fitted head, bust or standing person whose front is near +y: only the part above the
 /// neck's smallest girth is searched. Fails when there is no head (no nose at the front, or the surface is too short).
 [[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head);
+/// The same on the upper kHeadDepth mm of the head already sampled.
+[[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head, const HeadGrid& grid);
 
 }  // namespace annulus

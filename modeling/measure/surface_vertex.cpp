@@ -270,6 +270,16 @@ SurfaceField SurfaceField::OverChord(double d_theta, double d_z) const {
   return field;
 }
 
+SurfaceField SurfaceField::Fall(double d_theta, double d_z) const {
+  SurfaceField field = *this;
+  field.terms_.clear();
+  for (const FieldTerm& term : terms_) {
+    field.terms_.push_back({term.d_theta - d_theta, term.d_z - d_z, term.weight});
+    field.terms_.push_back({term.d_theta + d_theta, term.d_z + d_z, -term.weight});
+  }
+  return field;
+}
+
 double SurfaceField::At(const SplineSurface& surface, const SurfacePlace& place) const {
   return JetAt(surface, *this, place.theta, place.z).value;
 }

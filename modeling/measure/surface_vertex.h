@@ -30,6 +30,9 @@ class SurfaceField {
   /// over a chord, positive on a bulge, negative in a hollow.
   [[nodiscard]] SurfaceField OverChord(double d_theta, double d_z) const;
 
+  /// How much this field falls from `d_theta` rad and `d_z` mm before the place to as far behind it.
+  [[nodiscard]] SurfaceField Fall(double d_theta, double d_z) const;
+
   [[nodiscard]] const std::vector<FieldTerm>& terms() const { return terms_; }
   /// The value at a place, mm; d_z beyond the surface's ends is taken at the end.
   [[nodiscard]] double At(const SplineSurface& surface, const SurfacePlace& place) const;

@@ -1,0 +1,218 @@
+#include "modeling/measure/head_landmarks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "base/ensure.h"
+#include "base/frames.h"
+#include "modeling/measure/head_features.h"
+
+namespace annulus {
+namespace {
+
+constexpr LandmarkKind kLevel = LandmarkKind::kLevel;
+constexpr LandmarkKind kPoint = LandmarkKind::kPoint;
+
+/// A nose of this height, sellion to pronasale, has scale 1, mm.
+constexpr double kUsualNose = 38.0;
+/// sd of a place by proportion, mm: landmarks vary by about as much between people of one size.
+constexpr double kProportionSd = 8.0;
+
+// PLACING
+constexpr std::array<HeadLandmarkEntry, 24> kCatalog{{
+    {"vertex", "Vertex",
+     "Height of the crown: a ring sees it from the side only, so the area of the uppermost sections is extrapolated to "
+     "nothing; hair counts.",
+     kLevel, 0.0, 2.0},
+    {"glabella", "Glabella",
+     "Most forward point of the forehead's mid profile between the brows, as the head is held; where the forehead only "
+     "slopes, where it bulges most over a chord of 30 mm.",
+     kPoint, 1.0, 2.0},
+    {"sellion", "Sellion",
+     "Deepest point of the nose's root: where the nose's ridge is hollow along the mid profile and highest across.",
+     kPoint, 1.0, 1.0},
+    {"pronasale", "Pronasale", "Most forward point of the nose's tip, as the head is held.", kPoint, 1.0, 1.0},
+    {"menton", "Menton",
+     "Point of the chin's mid profile farthest forwards and down, at 45 degrees: a ring does not see the chin from "
+     "below.",
+     kPoint, 1.0, 1.0},
+    {"opisthocranion", "Opisthocranion",
+     "Most rearward point of the head in the mid-plane above the neck; hair counts.", kPoint, 1.0, 2.0},
+    {"eye_right", "Eye centre, right", "Middle of the eye socket's hollow under a vertical chord of 40 mm.", kPoint,
+     1.0, 1.0},
+    {"eye_left", "Eye centre, left", "Middle of the eye socket's hollow under a vertical chord of 40 mm.", kPoint, 1.0,
+     1.0},
+    {"orbitale_right", "Orbitale, right",
+     "Below the eye's centre, where the surface recedes most steeply from the cheek into the socket: the bone's rim is "
+     "felt, not seen.",
+     kPoint, 1.0, 2.0},
+    {"orbitale_left", "Orbitale, left",
+     "Below the eye's centre, where the surface recedes most steeply from the cheek into the socket: the bone's rim is "
+     "felt, not seen.",
+     kPoint, 1.0, 2.0},
+    {"alare_right", "Alare, right",
+     "Beside the nose's tip and 3 mm below it, where the surface is most hollow over a horizontal chord of 16 mm: the "
+     "furrow round the nose's wing.",
+     kPoint, 1.0, 1.0},
+    {"alare_left", "Alare, left",
+     "Beside the nose's tip and 3 mm below it, where the surface is most hollow over a horizontal chord of 16 mm: the "
+     "furrow round the nose's wing.",
+     kPoint, 1.0, 1.0},
+    {"temple_right", "Temple at the eye, right",
+     "At the eye centre's height, where the face turns to the side: its tangent is at 45 degrees to the mid-plane.",
+     kPoint, 1.0, 1.0},
+    {"temple_left", "Temple at the eye, left",
+     "At the eye centre's height, where the face turns to the side: its tangent is at 45 degrees to the mid-plane.",
+     kPoint, 1.0, 1.0},
+    {"otobasion_superius_right", "Otobasion superius, right",
+     "Top of the ear, where it has sunk to a fifth of its height above the head: a spectacle's temple rests there.",
+     kPoint, 2.0, 2.0},
+    {"otobasion_superius_left", "Otobasion superius, left",
+     "Top of the ear, where it has sunk to a fifth of its height above the head: a spectacle's temple rests there.",
+     kPoint, 2.0, 2.0},
+    {"tragion_right", "Tragion, right",
+     "In the furrow before the ear, 0.45 of the ear's height below its top: the notch itself is too small for the "
+     "ring.",
+     kPoint, 2.0, 3.0},
+    {"tragion_left", "Tragion, left",
+     "In the furrow before the ear, 0.45 of the ear's height below its top: the notch itself is too small for the "
+     "ring.",
+     kPoint, 2.0, 3.0},
+    {"euryon_right", "Euryon, right",
+     "Point of the head above the ears that is farthest from the mid-plane; where the head widens down to the ears, "
+     "just above them; hair counts.",
+     kPoint, 2.0, 2.0},
+    {"euryon_left", "Euryon, left",
+     "Point of the head above the ears that is farthest from the mid-plane; where the head widens down to the ears, "
+     "just above them; hair counts.",
+     kPoint, 2.0, 2.0},
+    {"zygion_right", "Zygion, right",
+     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek has no such point, 18 mm "
+     "before the ear.",
+     kPoint, 2.0, 2.0},
+    {"zygion_left", "Zygion, left",
+     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek has no such point, 18 mm "
+     "before the ear.",
+     kPoint, 2.0, 2.0},
+    {"gonion_right", "Gonion, right",
+     "Corner of the jaw below the ear: the point farthest outwards, down and a little back.", kPoint, 2.0, 2.0},
+    {"gonion_left", "Gonion, left",
+     "Corner of the jaw below the ear: the point farthest outwards, down and a little back.", kPoint, 2.0, 2.0},
+}};
+
+/// Collects landmarks by the catalogue.
+class Listing {
+ public:
+  explicit Listing(const SplineSurface& surface) : surface_(surface) {}
+
+  void Add(std::string_view id, const Feature& feature, std::string_view why_not) {
+    const HeadLandmarkEntry& entry = EntryOf(id);
+    const bool is_inside = feature && feature->z.value >= surface_.z_min() &&
+                           (entry.kind == LandmarkKind::kLevel || feature->z.value <= surface_.z_max());
+    if (!is_inside) {
+      landmarks_.omitted.push_back(std::string(entry.term) + ": " + std::string(why_not) + ".");
+      return;
+    }
+    Landmark landmark;
+    landmark.id = entry.id;
+    landmark.term = entry.term;
+    landmark.definition = entry.definition;
+    landmark.kind = entry.kind;
+    landmark.source = feature->source;
+    landmark.confidence = feature->confidence;
+    landmark.z = feature->z;
+    landmark.placing_up = entry.placing_up;
+    landmark.position = {0.0, 0.0, feature->z.value};
+    if (entry.kind == LandmarkKind::kPoint) {
+      landmark.theta = feature->theta;
+      landmark.theta.value = WrapAngle(feature->theta.value);
+      landmark.position = surface_.Point(feature->theta.value, feature->z.value);
+      landmark.placing_across = entry.placing_across;
+    }
+    if (feature->source == LandmarkSource::kProportion) {
+      landmark.placing_across = std::max(landmark.placing_across, kProportionSd);
+      landmark.placing_up = std::max(landmark.placing_up, kProportionSd);
+    }
+    landmarks_.found.push_back(std::move(landmark));
+  }
+
+  /// The landmarks in the catalogue's order.
+  [[nodiscard]] Landmarks Get() const {
+    Landmarks ordered = landmarks_;
+    std::stable_sort(ordered.found.begin(), ordered.found.end(),
+                     [](const Landmark& a, const Landmark& b) { return &EntryOf(a.id) < &EntryOf(b.id); });
+    return ordered;
+  }
+
+ private:
+  static const HeadLandmarkEntry& EntryOf(std::string_view id) {
+    const auto* const entry =
+        std::find_if(kCatalog.begin(), kCatalog.end(), [&](const HeadLandmarkEntry& e) { return e.id == id; });
+    ENSURE(entry != kCatalog.end(), "the catalogue holds " + std::string(id));
+    return *entry;
+  }
+
+  const SplineSurface& surface_;
+  Landmarks landmarks_;
+};
+
+Result<HeadView> LookAtHead(const MeasuredSurface& body, const HeadGrid& grid) {
+  const auto face = FindFacePoints(body.surface(), grid);
+  if (!face) return Fail(face);
+  HeadView head{body, grid, *face, FindMidPlane(grid, face->pronasale.position)};
+  const Eigen::Vector3d& sellion = face->sellion.position;
+  head.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  head.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  head.scale = std::clamp((sellion.z() - face->pronasale.position.z()) / kUsualNose, 0.7, 1.3);
+  return head;
+}
+
+std::string Sided(std::string_view id, BodySide side) {
+  return std::string(id) + (side == BodySide::kRight ? "_right" : "_left");
+}
+
+void AddSide(const HeadView& head, const FoundFeature& pronasale, const Feature& menton, BodySide side,
+             Listing& listing) {
+  const FoundFeature eye = FindEyeCentre(head, side);
+  const FoundFeature orbitale = FindOrbitale(head, eye, side);
+  const FoundFeature tragion = FindTragion(head, orbitale, side);
+  listing.Add(Sided("eye", side), eye, "the scan ends above it");
+  listing.Add(Sided("orbitale", side), orbitale, "the scan ends above it");
+  listing.Add(Sided("alare", side), FindAlare(head, pronasale, side), "no furrow beside the nose shows");
+  listing.Add(Sided("temple", side), FindTemple(head, eye, side), "the face has no corner at the height of the eye");
+  listing.Add(Sided("otobasion_superius", side), FindOtobasion(head, side), "the scan ends above it");
+  listing.Add(Sided("tragion", side), tragion, "the scan ends above it");
+  listing.Add(Sided("euryon", side), FindEuryon(head, side), "the head shows no largest breadth above the ears");
+  listing.Add(Sided("zygion", side), FindZygion(head, tragion, orbitale, side), "the scan ends above it");
+  listing.Add(Sided("gonion", side), menton ? FindGonion(head, tragion, *menton, side) : Feature(),
+              "the corner of the jaw does not show");
+}
+
+}  // namespace
+
+std::span<const HeadLandmarkEntry> HeadLandmarkCatalog() { return kCatalog; }
+
+Landmarks FindHeadLandmarks(const MeasuredSurface& body) {
+  const SplineSurface& surface = body.surface();
+  if (surface.z_max() - surface.z_min() < kLeastHead) return {{}, {"Landmarks of the head: the scan is too short."}};
+  const HeadGrid grid(surface, kHeadDepth);
+  const Result<HeadView> head = LookAtHead(body, grid);
+  if (!head) return {{}, {"Landmarks of the head: " + head.error().seen + "."}};
+  Listing listing(surface);
+  const FoundFeature sellion = FindSellion(*head);
+  const FoundFeature pronasale = FindPronasale(*head);
+  const Feature menton = FindMenton(*head, pronasale);
+  listing.Add("vertex", FindVertexLevel(*head), "the ring did not see the head up to its crown");
+  listing.Add("glabella", FindGlabella(*head, sellion), "the scan ends below it");
+  listing.Add("sellion", sellion, "the scan ends below it");
+  listing.Add("pronasale", pronasale, "the scan ends above it");
+  listing.Add("menton", menton, "the profile shows no chin");
+  listing.Add("opisthocranion", FindOpisthocranion(*head, sellion), "the head shows no most rearward point");
+  for (const BodySide side : {BodySide::kRight, BodySide::kLeft}) AddSide(*head, pronasale, menton, side, listing);
+  return listing.Get();
+}
+
+}  // namespace annulus
