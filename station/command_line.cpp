@@ -23,11 +23,10 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 20> kLater{{{"replay", "re-run a scan from its recorded bytes"},
+constexpr std::array<LaterCommand, 19> kLater{{{"replay", "re-run a scan from its recorded bytes"},
                                                {"recover", "save what is sound of a damaged recording"},
                                                {"calibrate", "solve for the ring's geometry and offsets"},
                                                {"landmarks", "find landmarks, or set them by hand"},
-                                               {"compare", "differences of two models with significance"},
                                                {"region", "area and volume cut by two planes"},
                                                {"distance", "distances along the surface"},
                                                {"clay", "reshape as clay"},
@@ -103,7 +102,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   CommandWork chosen;
   for (const auto& add :
        {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand, AddFitCommand,
-        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddMeasureCommand, AddGlassesCommand, AddRenderCommand}) {
+        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

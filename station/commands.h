@@ -24,6 +24,7 @@ void AddEvalCommand(CLI::App& app, CommandWork& chosen);
 void AddSectionCommand(CLI::App& app, CommandWork& chosen);
 void AddSlabCommand(CLI::App& app, CommandWork& chosen);
 void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
+void AddCompareCommand(CLI::App& app, CommandWork& chosen);
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen);
 void AddRenderCommand(CLI::App& app, CommandWork& chosen);
 

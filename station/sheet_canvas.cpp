@@ -1,0 +1,180 @@
+#include "station/sheet_canvas.h"
+
+#include <cairo-pdf.h>
+#include <pango/pangocairo.h>
+
+#include <numbers>
+
+namespace annulus {
+namespace {
+
+constexpr double kPoint = 72.0 / 25.4;  // per mm
+/// Both scripts in one design; the second where only Debian's smallest set is installed.
+constexpr const char* kFamily = "Noto Sans CJK JP, DejaVu Sans";
+constexpr double kLineSpacing = 1.35;  // of the size
+
+struct Release {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  void operator()(cairo_t* context) const { cairo_destroy(context); }
+  void operator()(PangoLayout* layout) const { g_object_unref(layout); }
+  void operator()(PangoFontDescription* font) const { pango_font_description_free(font); }
+};
+using Surface = std::unique_ptr<cairo_surface_t, Release>;
+using Context = std::unique_ptr<cairo_t, Release>;
+using Layout = std::unique_ptr<PangoLayout, Release>;
+using Font = std::unique_ptr<PangoFontDescription, Release>;
+
+cairo_status_t Collect(void* bytes, const unsigned char* data, unsigned int length) {
+  auto& all = *static_cast<std::vector<std::byte>*>(bytes);
+  const auto* first = reinterpret_cast<const std::byte*>(data);
+  all.insert(all.end(), first, first + length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+}  // namespace
+
+struct SheetCanvas::State {
+  std::vector<std::byte> bytes;
+  Surface surface;
+  Context context;
+  std::string unknown;  ///< The first text with a letter that no font has.
+
+  void Colour(const SheetColour& c) const { cairo_set_source_rgb(context.get(), c.red, c.green, c.blue); }
+
+  void Path(const std::vector<Eigen::Vector2d>& points) const {
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      (k == 0 ? cairo_move_to : cairo_line_to)(context.get(), points[k].x(), points[k].y());
+    }
+  }
+
+  void Draw(const SheetStroke& stroke) const {
+    constexpr double kDashes[] = {0.9, 0.7};
+    Colour(stroke.colour);
+    cairo_set_line_width(context.get(), stroke.width_mm);
+    cairo_set_dash(context.get(), kDashes, stroke.dash == SheetStroke::Dash::kDashed ? 2 : 0, 0.0);
+    cairo_stroke(context.get());
+  }
+
+  /// The text set in mm: one unit of the layout is one mm.
+  Layout Set(const std::string& text, const SheetText& style) {
+    Layout layout(pango_cairo_create_layout(context.get()));
+    // One unit is one mm: letters must not be rounded to whole ones.
+    pango_context_set_round_glyph_positions(pango_layout_get_context(layout.get()), FALSE);
+    const Font font(pango_font_description_from_string(kFamily));
+    const bool bold = style.weight == SheetText::Weight::kBold;
+    pango_font_description_set_weight(font.get(), bold ? PANGO_WEIGHT_BOLD : PANGO_WEIGHT_NORMAL);
+    pango_font_description_set_absolute_size(font.get(), style.size_pt / kPoint * PANGO_SCALE);
+    pango_layout_set_font_description(layout.get(), font.get());
+    pango_layout_set_text(layout.get(), text.c_str(), -1);
+    if (pango_layout_get_unknown_glyphs_count(layout.get()) > 0 && unknown.empty()) unknown = text;
+    return layout;
+  }
+};
+
+SheetCanvas::SheetCanvas(const std::string& title) : state_(std::make_unique<State>()) {
+  state_->surface.reset(
+      cairo_pdf_surface_create_for_stream(Collect, &state_->bytes, kWidth * kPoint, kHeight * kPoint));
+  cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
+  cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATOR, "annulus");
+  cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "2000-01-01T00:00:00Z");
+  state_->context.reset(cairo_create(state_->surface.get()));
+  cairo_scale(state_->context.get(), kPoint, kPoint);
+  cairo_set_line_join(state_->context.get(), CAIRO_LINE_JOIN_ROUND);
+  cairo_set_line_cap(state_->context.get(), CAIRO_LINE_CAP_ROUND);
+  cairo_set_fill_rule(state_->context.get(), CAIRO_FILL_RULE_EVEN_ODD);
+  // Metrics must not depend on the scale, or widths would jump with the device's hinting.
+  cairo_font_options_t* options = cairo_font_options_create();
+  cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+  cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+  cairo_set_font_options(state_->context.get(), options);
+  cairo_font_options_destroy(options);
+}
+
+SheetCanvas::~SheetCanvas() = default;
+
+void SheetCanvas::NextPage() { cairo_show_page(state_->context.get()); }
+
+void SheetCanvas::Fill(const std::vector<std::vector<Eigen::Vector2d>>& loops, const SheetColour& colour) {
+  for (const auto& loop : loops) {
+    state_->Path(loop);
+    cairo_close_path(state_->context.get());
+  }
+  state_->Colour(colour);
+  cairo_fill(state_->context.get());
+}
+
+void SheetCanvas::FillRectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const SheetColour& colour) {
+  cairo_rectangle(state_->context.get(), corner.x(), corner.y(), size.x(), size.y());
+  state_->Colour(colour);
+  cairo_fill(state_->context.get());
+}
+
+void SheetCanvas::FillDisc(const Eigen::Vector2d& centre, double radius_mm, const SheetColour& colour) {
+  cairo_new_path(state_->context.get());
+  cairo_arc(state_->context.get(), centre.x(), centre.y(), radius_mm, 0.0, 2.0 * std::numbers::pi);
+  state_->Colour(colour);
+  cairo_fill(state_->context.get());
+}
+
+void SheetCanvas::Stroke(const std::vector<Eigen::Vector2d>& points, const SheetStroke& stroke) {
+  state_->Path(points);
+  state_->Draw(stroke);
+}
+
+void SheetCanvas::StrokeCircle(const Eigen::Vector2d& centre, double radius_mm, const SheetStroke& stroke) {
+  cairo_new_path(state_->context.get());
+  cairo_arc(state_->context.get(), centre.x(), centre.y(), radius_mm, 0.0, 2.0 * std::numbers::pi);
+  cairo_close_path(state_->context.get());
+  state_->Draw(stroke);
+}
+
+void SheetCanvas::Text(const Eigen::Vector2d& at, const std::string& text, const SheetText& style) {
+  const Layout layout = state_->Set(text, style);
+  PangoRectangle extent;
+  pango_layout_get_extents(layout.get(), nullptr, &extent);
+  const double width = static_cast<double>(extent.width) / PANGO_SCALE;
+  double x = at.x();
+  if (style.align == SheetText::Align::kRight) x -= width;
+  if (style.align == SheetText::Align::kCentre) x -= 0.5 * width;
+  state_->Colour(style.colour);
+  cairo_move_to(state_->context.get(), x, at.y());
+  pango_cairo_show_layout_line(state_->context.get(), pango_layout_get_line_readonly(layout.get(), 0));
+  cairo_new_path(state_->context.get());
+}
+
+double SheetCanvas::Paragraph(const Eigen::Vector2d& at, double width_mm, const std::string& text,
+                              const SheetText& style) {
+  const Layout layout = state_->Set(text, style);
+  pango_layout_set_width(layout.get(), static_cast<int>(width_mm * PANGO_SCALE));
+  pango_layout_set_wrap(layout.get(), PANGO_WRAP_WORD_CHAR);
+  const double step = kLineSpacing * style.size_pt / kPoint;
+  const int lines = pango_layout_get_line_count(layout.get());
+  state_->Colour(style.colour);
+  for (int k = 0; k < lines; ++k) {
+    cairo_move_to(state_->context.get(), at.x(), at.y() + k * step);
+    pango_cairo_show_layout_line(state_->context.get(), pango_layout_get_line_readonly(layout.get(), k));
+  }
+  cairo_new_path(state_->context.get());
+  return lines * step;
+}
+
+double SheetCanvas::TextWidth(const std::string& text, const SheetText& style) {
+  PangoRectangle extent;
+  pango_layout_get_extents(state_->Set(text, style).get(), nullptr, &extent);
+  return static_cast<double>(extent.width) / PANGO_SCALE;
+}
+
+Result<std::vector<std::byte>> SheetCanvas::Finish() {
+  if (!state_->unknown.empty()) {
+    return Fail("set the text '" + state_->unknown + "'", "no font on this machine has all of its letters",
+                "install Debian's fonts-noto-cjk, or take another language");
+  }
+  cairo_surface_finish(state_->surface.get());
+  const cairo_status_t status = cairo_surface_status(state_->surface.get());
+  if (status != CAIRO_STATUS_SUCCESS) {
+    return Fail("make a PDF", cairo_status_to_string(status), "check the memory of this machine, and report this");
+  }
+  return std::move(state_->bytes);
+}
+
+}  // namespace annulus

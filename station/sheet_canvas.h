@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace annulus {
+
+/// A printing colour: sRGB, 0 … 1.
+struct SheetColour {
+  double red = 0.0;
+  double green = 0.0;
+  double blue = 0.0;
+};
+
+/// A line as it is drawn.
+struct SheetStroke {
+  double width_mm = 0.2;
+  SheetColour colour;
+  enum class Dash { kSolid, kDashed } dash = Dash::kSolid;
+};
+
+/// Text as it is set.
+struct SheetText {
+  double size_pt = 9.0;
+  SheetColour colour;
+  enum class Weight { kRegular, kBold } weight = Weight::kRegular;
+  enum class Align { kLeft, kCentre, kRight } align = Align::kLeft;
+};
+
+/// Pages of A4 upright that are drawn on and become a PDF. Places are mm from the upper left corner, y downwards. The
+/// same calls give the same bytes: the PDF carries the simulated clock's start as its date. Thread-bound.
+class SheetCanvas {
+ public:
+  static constexpr double kWidth = 210.0;   ///< mm
+  static constexpr double kHeight = 297.0;  ///< mm
+
+  /// Begins with one empty page; `title` is the document's.
+  explicit SheetCanvas(const std::string& title);
+  ~SheetCanvas();
+  SheetCanvas(const SheetCanvas&) = delete;
+  SheetCanvas& operator=(const SheetCanvas&) = delete;
+
+  void NextPage();
+  /// Fills closed polygons, holes by the even-odd rule.
+  void Fill(const std::vector<std::vector<Eigen::Vector2d>>& loops, const SheetColour& colour);
+  void FillRectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const SheetColour& colour);
+  void FillDisc(const Eigen::Vector2d& centre, double radius_mm, const SheetColour& colour);
+  void Stroke(const std::vector<Eigen::Vector2d>& points, const SheetStroke& stroke);
+  void StrokeCircle(const Eigen::Vector2d& centre, double radius_mm, const SheetStroke& stroke);
+  /// One line with its baseline at `at`.
+  void Text(const Eigen::Vector2d& at, const std::string& text, const SheetText& style);
+  /// Wraps the text into lines of `width_mm`, the first with its baseline at `at`; returns the height taken, mm.
+  double Paragraph(const Eigen::Vector2d& at, double width_mm, const std::string& text, const SheetText& style);
+  /// mm
+  [[nodiscard]] double TextWidth(const std::string& text, const SheetText& style);
+
+  /// The PDF. Fails if a letter has no font on this machine, or if drawing failed. Nothing may be called afterwards.
+  [[nodiscard]] Result<std::vector<std::byte>> Finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace annulus
