@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "modeling/measure/section.h"
+#include "modeling/measure/section_svg.h"
 #include "modeling/measure/slab.h"
 #include "modeling/measure/table.h"
 #include "station/commands.h"
@@ -23,12 +24,18 @@ using Json = nlohmann::ordered_json;
 struct SectionOptions {
   std::string model;
   double z_mm = 0.0;
+  std::string svg;
   std::string json;
 };
 
 Status RunSection(const SectionOptions& options, CommandIo& io) {
   const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
+  if (!options.svg.empty()) {  // first: what has gaps can be drawn, though not measured
+    const auto svg = SectionSvg(loaded->body, options.z_mm, {});
+    if (!svg) return Fail(svg);
+    RETURN_IF_ERROR(io.WriteText(options.svg, *svg));
+  }
   const auto s = MeasureSection(loaded->body, options.z_mm);
   if (!s) return Fail(s);
   if (options.json.empty()) {
@@ -139,8 +146,9 @@ void AddSectionCommand(CLI::App& app, CommandWork& chosen) {
   CLI::App* command = app.add_subcommand("section", "perimeter, tape and area of a horizontal section");
   command->add_option("model", options->model, "model")->required();
   command->add_option("--z", options->z_mm, "height of the section, mm")->required()->type_name("MM");
+  command->add_option("--svg", options->svg, "picture of the section in true scale")->type_name("F");
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus section model.json --z 1050 --json -");
+  command->footer("Example: annulus section model.json --z 1050 --svg section.svg --json -");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunSection(*options, io); }; });
 }
 
