@@ -13,10 +13,9 @@ namespace {
 
 constexpr double kOnPlane = 1e-10;      // mm: a point at this height is on the plane
 constexpr double kTouching = 1e-7;      // sine of the angle between plane and surface at which they touch
-constexpr double kLimitedSine = 0.01;   // below it, first-order movements are limited
 constexpr double kLargestTurn = 0.15;   // rad, between nodes
 constexpr double kShortestStep = 1e-7;  // mm
-constexpr double kLongestStep = 10.0;   // mm
+constexpr double kLongestStep = 2.0;    // mm
 constexpr double kLargestSag = 0.03;    // of a chord: how far a target may be beside it
 constexpr std::size_t kMostNodes = 200'000;
 
@@ -202,6 +201,11 @@ CutSample CutCurve::Between(const CutNode& from, const CutNode& to, double t) co
   sample.z = z;
   sample.theta_by_t = step_theta + sideways * from.across_theta;
   sample.z_by_t = step_z + sideways * from.across_z;
+  sample.height_by_theta = h.by_theta;
+  sample.height_by_z = h.by_z;
+  const Metric metric(h);
+  sample.sine_squared =
+      Eigen::Vector2d(h.by_theta, h.by_z).dot(metric.Steepest(h)) / std::max(metric.Determinant(), 1e-300);
   sample.position = h.p;
   sample.by_t = sample.theta_by_t * h.p_theta + sample.z_by_t * h.p_z;
   return sample;

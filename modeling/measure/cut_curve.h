@@ -28,6 +28,9 @@ struct CutSample {
   double z = 0.0;      ///< mm
   double theta_by_t = 0.0;
   double z_by_t = 0.0;
+  double height_by_theta = 0.0;  ///< Derivatives of the surface's height over the plane, mm/rad and mm/mm.
+  double height_by_z = 0.0;
+  double sine_squared = 0.0;                           ///< Of the angle between plane and surface.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< mm
   Eigen::Vector3d by_t = Eigen::Vector3d::Zero();      ///< d(position)/dt, mm
 };
@@ -46,6 +49,9 @@ enum class CutEnd {
   kTouches,      ///< The plane touches the surface there, so that the curve has no direction, or is endless.
 };
 
+/// Sine of the angle between plane and surface below which first-order movements of a curve are limited.
+inline constexpr double kLimitedSine = 0.01;
+
 /// A walk along the curve.
 struct CutWalk {
   std::vector<CutNode> nodes;  ///< From the start; the last is the target, or the start again one turn on.
@@ -55,7 +61,7 @@ struct CutWalk {
 
 /// The curve in which a plane cuts the spline surface (paper 001, §3.1 (1)), followed on the spline itself: every node
 /// is on both to 1e-9 mm. Nodes lie on all knot lines that are crossed, so that the curve is smooth between them, at
-/// most half a knot interval and 0.15 rad of turning apart. Borrows the surface. Reentrant.
+/// most 2 mm, half a knot interval and 0.15 rad of turning apart. Borrows the surface. Reentrant.
 class CutCurve {
  public:
   CutCurve(const SplineSurface& surface, const CuttingPlane& plane) : surface_(&surface), plane_(plane) {}

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "modeling/measure/number_text.h"
-#include "modeling/measure/surface_path.h"
+#include "modeling/measure/place_check.h"
 
 namespace annulus {
 namespace {
@@ -59,10 +58,7 @@ Result<CuttingPlane> ViewPlane(const NamedPoint& a, const NamedPoint& b, const E
 }
 
 Status CheckClick(const MeasuredSurface& body, const Click& click, const std::string& attempted) {
-  if (!std::isfinite(click.place.theta) || !std::isfinite(click.place.z)) {
-    return Fail(attempted, click.name + " is not a finite place", "give theta in degrees and z in mm");
-  }
-  return CheckInRange(body, click.place.z, attempted + ", " + click.name);
+  return CheckPlace(body, click.place, attempted + ", " + click.name);
 }
 
 Result<ClickedPlane> ClickedPlane::Through(const MeasuredSurface& body, const std::array<Click, 3>& clicks) {

@@ -42,8 +42,7 @@ struct NamedPoint {
 /// A plane that clicked places span, and how it follows them when the surface moves.
 class ClickedPlane {
  public:
-  /// The plane through three clicked places. Fails like PlaneThrough, and for a click that is not finite or is outside
-  /// the scanned range.
+  /// The plane through three clicked places. Fails like PlaneThrough, and for a click that CheckPlace refuses.
   static Result<ClickedPlane> Through(const MeasuredSurface& body, const std::array<Click, 3>& clicks);
   /// The view plane of two clicked places; `view` does not move. Fails like ViewPlane and Through.
   static Result<ClickedPlane> InView(const MeasuredSurface& body, const std::array<Click, 2>& clicks,
@@ -64,7 +63,7 @@ class ClickedPlane {
   std::array<SurfacePlace, 3> follows_{};
 };
 
-/// Fails if a click is not finite or not within the scanned range, naming it.
+/// CheckPlace of a click, naming it.
 Status CheckClick(const MeasuredSurface& body, const Click& click, const std::string& attempted);
 
 }  // namespace annulus

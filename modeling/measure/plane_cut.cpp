@@ -17,6 +17,8 @@
 namespace annulus {
 namespace {
 
+constexpr double kOnEdge = 1e-9;  // mm: a point nearer to an edge is on it
+
 PathPoint Wrapped(PathPoint point) {
   point.place.theta = WrapAngle(point.place.theta);
   return point;
@@ -119,6 +121,20 @@ struct FlatFrame {
 };
 
 /// The hull of the loop. Where two corners follow each other on the loop, the tape lies on the skin between them.
+/// How much longer the loop is between two successive corners of its hull than their chord; 0 where the tape spans a
+/// hollow. The hull leaves out points that are on an edge to the bit.
+double OnSkin(const CutCurve& curve, std::span<const CutNode> nodes, std::size_t from, std::size_t to) {
+  const std::size_t count = nodes.size() - 1;  // the last is the first again
+  const Eigen::Vector3d chord = nodes[to].position - nodes[from].position;
+  double length = 0.0;
+  for (std::size_t k = from; k != to; k = (k + 1) % count) {
+    const Eigen::Vector3d arm = nodes[k].position - nodes[from].position;
+    if (arm.cross(chord).norm() > kOnEdge * chord.norm()) return 0.0;
+    length += curve.Length(nodes.subspan(k, 2));
+  }
+  return length - chord.norm();
+}
+
 struct Tape {
   Estimate length;
   std::vector<PathPoint> corners;
@@ -146,9 +162,7 @@ Tape TapeAround(const SplineSurface& surface, const CutCurve& curve, std::span<c
   for (std::size_t k = 0; k < corner.size(); ++k) {
     tape.corners.push_back(loop[corner[k]]);
     const std::size_t next = corner[(k + 1) % corner.size()];
-    if ((corner[k] + 1) % loop.size() != next) continue;
-    const std::array<CutNode, 2> piece{nodes[corner[k]], nodes[corner[k] + 1]};
-    on_skin += curve.Length(piece) - (piece[1].position - piece[0].position).norm();
+    on_skin += OnSkin(curve, nodes, corner[k], next);
   }
   tape.length = PolygonLength(surface, tape.corners, PathEnds::kClosed);
   tape.length.value += on_skin;
