@@ -24,8 +24,8 @@ Result<SurfaceDistance> GeodesicDistance(const MeasuredSurface& body, const Surf
   const SurfacePlace& first = backwards ? to : from;
   const SurfacePlace& last = backwards ? from : to;
   const StringRules rules{StringSide::kOnSurface, PathEnds::kOpen, surface.z_min(), surface.z_max()};
-  TautString string = ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface), kEdge);
-  Refine(surface, kDepths, kFineEffort, string);
+  TautString string = ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface));
+  Finish(surface, kEdge, kDepths, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());

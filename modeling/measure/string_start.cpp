@@ -101,7 +101,7 @@ void Refine(const SplineSurface& surface, const EdgeDepths& depths, const Tighte
 }
 
 TautString ShortestString(const SplineSurface& surface, const StringRules& rules,
-                          const std::vector<std::vector<Eigen::Vector3d>>& routes, double edge) {
+                          const std::vector<std::vector<Eigen::Vector3d>>& routes) {
   std::optional<TautString> best;
   for (const std::vector<Eigen::Vector3d>& route : routes) {
     double length = 0.0;
@@ -112,11 +112,24 @@ TautString ShortestString(const SplineSurface& surface, const StringRules& rules
     Refine(surface, kCoarseDepths, kCoarseEffort, string);
     if (!best || string.Length() < best->Length()) best = std::move(string);
   }
-  while (best->edge_count() < kMostEdges / 2 && best->Length() > edge * static_cast<double>(best->edge_count())) {
-    best->Split(std::vector<std::size_t>(best->edge_count(), 2));
-    best->Tighten(kFineEffort);
-  }
   return std::move(*best);
+}
+
+TautString LetGo(const SplineSurface& surface, const TautString& string) {
+  StringRules rules = string.rules();
+  rules.side = StringSide::kOutside;
+  TautString outside(surface, rules, string.vertices());
+  outside.Tighten(kCoarseEffort);
+  Refine(surface, kCoarseDepths, kCoarseEffort, outside);
+  return outside;
+}
+
+void Finish(const SplineSurface& surface, double edge, const EdgeDepths& depths, TautString& string) {
+  while (string.edge_count() < kMostEdges / 2 && string.Length() > edge * static_cast<double>(string.edge_count())) {
+    string.Split(std::vector<std::size_t>(string.edge_count(), 2));
+    string.Tighten(kFineEffort);
+  }
+  Refine(surface, depths, kFineEffort, string);
 }
 
 }  // namespace annulus

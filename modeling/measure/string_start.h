@@ -41,8 +41,14 @@ void Refine(const SplineSurface& surface, const EdgeDepths& depths, const Tighte
 /// The effort of a final result: a string on a smooth surface is then exact to 1e-9.
 inline constexpr TightenEffort kFineEffort{10, 1e-9};
 
-/// The shortest string among those that the routes lead to, taut, with edges of `edge` mm at most.
+/// The shortest string among those that the routes lead to, taut but coarse.
 [[nodiscard]] TautString ShortestString(const SplineSurface& surface, const StringRules& rules,
-                                        const std::vector<std::vector<Eigen::Vector3d>>& routes, double edge);
+                                        const std::vector<std::vector<Eigen::Vector3d>>& routes);
+
+/// A coarse string on the surface let go outward: never longer than it was.
+[[nodiscard]] TautString LetGo(const SplineSurface& surface, const TautString& string);
+
+/// Divides a coarse string until its edges are `edge` mm long and not too deep, taut all the while.
+void Finish(const SplineSurface& surface, double edge, const EdgeDepths& depths, TautString& string);
 
 }  // namespace annulus

@@ -16,12 +16,14 @@ constexpr double kEdge = 4.0;  ///< mm, before it is refined where the tape bend
 constexpr EdgeDepths kDepths{0.05, 0.6 * kTapeDepth};
 constexpr std::size_t kQuarters = 4;
 
-/// The routes of a tape: over the hulls of the rows, and those of the geodesic.
-std::vector<std::vector<Eigen::Vector3d>> TapeRoutes(const SplineSurface& surface, const SurfacePlace& from,
-                                                     const SurfacePlace& to) {
-  std::vector<std::vector<Eigen::Vector3d>> routes = ShortRoutes(surface, from, to, RouteSkin::kRowsHulls);
-  for (auto& route : ShortRoutes(surface, from, to, RouteSkin::kSurface)) routes.push_back(std::move(route));
-  return routes;
+/// The shorter one of the tape that starts over the hulls of the rows and the geodesic let go outward.
+TautString ShortestTape(const SplineSurface& surface, const SurfacePlace& from, const SurfacePlace& to) {
+  StringRules rules{StringSide::kOutside, PathEnds::kOpen, surface.z_min(), surface.z_max()};
+  TautString over = ShortestString(surface, rules, ShortRoutes(surface, from, to, RouteSkin::kRowsHulls));
+  rules.side = StringSide::kOnSurface;
+  TautString along =
+      LetGo(surface, ShortestString(surface, rules, ShortRoutes(surface, from, to, RouteSkin::kSurface)));
+  return along.Length() < over.Length() ? std::move(along) : std::move(over);
 }
 
 /// The hull of the horizontal section as a closed string that is held in four directions, starting at theta = 0.
@@ -74,9 +76,8 @@ Result<SurfaceDistance> TautTape(const MeasuredSurface& body, const SurfacePlace
   const bool backwards = ComesBefore(to, from);
   const SurfacePlace& first = backwards ? to : from;
   const SurfacePlace& last = backwards ? from : to;
-  const StringRules rules{StringSide::kOutside, PathEnds::kOpen, surface.z_min(), surface.z_max()};
-  TautString string = ShortestString(surface, rules, TapeRoutes(surface, first, last), kEdge);
-  Refine(surface, kDepths, kFineEffort, string);
+  TautString string = ShortestTape(surface, first, last);
+  Finish(surface, kEdge, kDepths, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());
@@ -97,12 +98,8 @@ Result<SurfaceDistance> TautLoop(const MeasuredSurface& body, double z) {
   }
   TautString string = HullString(surface, rules, z);
   string.Tighten(kFineEffort);
-  while (string.Length() / static_cast<double>(string.edge_count()) > kEdge) {
-    string.ShareByLength();
-    string.Split(std::vector<std::size_t>(string.edge_count(), 2));
-    string.Tighten(kFineEffort);
-  }
-  Refine(surface, kDepths, kFineEffort, string);
+  string.ShareByLength();
+  Finish(surface, kEdge, kDepths, string);
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   return distance;
