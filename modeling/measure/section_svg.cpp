@@ -228,7 +228,7 @@ Result<std::string> SectionSvg(const MeasuredSurface& body, double z, const Sect
   const std::vector<std::string> captions = Captions(body, z, runs, options);
   const double bar = BarLength(box.sizes().x());
   const double width = std::max(kNarrowest, box.sizes().x() + 2.0 * kMargin);
-  const double below = kMargin + 4.0 + kLineHeight * static_cast<double>(captions.size() + 1);
+  const double below = kMargin + 6.0 + kLineHeight * static_cast<double>(captions.size() + 1);
   const double height = box.sizes().y() + kMargin + below;
   const double left = box.center().x() - 0.5 * width;
   std::string svg = fmt::format(
@@ -246,6 +246,7 @@ Result<std::string> SectionSvg(const MeasuredSurface& body, double z, const Sect
   if (unknown == 0.0) svg += TapePath(body.surface(), z);
   Eigen::Vector2d line(left + 4.0, box.min().y() - kMargin - 4.0);
   svg += ScaleBar(line, bar);
+  line.y() -= 2.0;
   for (const std::string& caption : captions) {
     line.y() -= kLineHeight;
     svg += Paper::Text(line, "start", caption);
