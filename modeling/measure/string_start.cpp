@@ -15,9 +15,10 @@ namespace {
 constexpr double kCoarseEdge = 8.0;  ///< mm
 constexpr std::size_t kFewestCoarse = 16;
 constexpr std::size_t kMostCoarse = 64;
-constexpr TightenEffort kCoarseEffort{25, 1e-5};
+constexpr TightenEffort kCoarseEffort{15, 1e-5};
+constexpr double kHopeless = 1.05;  ///< Times the shortest: where finer edges would only make it longer.
 constexpr EdgeDepths kCoarseDepths{0.5, 0.5};
-constexpr int kRounds = 4;
+constexpr int kRounds = 3;
 constexpr std::size_t kMostParts = 8;
 constexpr std::size_t kMostEdges = 2000;
 constexpr double kCoincident = 1e-9;  ///< mm
@@ -109,6 +110,7 @@ TautString ShortestString(const SplineSurface& surface, const StringRules& rules
     const auto edges = static_cast<std::size_t>(std::min(length / kCoarseEdge, 1e6));
     TautString string = StringAlong(surface, rules, route, std::clamp(edges, kFewestCoarse, kMostCoarse));
     string.Tighten(kCoarseEffort);
+    if (best && string.Length() > kHopeless * best->Length()) continue;
     Refine(surface, kCoarseDepths, kCoarseEffort, string);
     if (!best || string.Length() < best->Length()) best = std::move(string);
   }

@@ -39,7 +39,7 @@ struct EdgeDepths {
 void Refine(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort, TautString& string);
 
 /// The effort of a final result: a string on a smooth surface is then exact to 1e-9.
-inline constexpr TightenEffort kFineEffort{10, 1e-9};
+inline constexpr TightenEffort kFineEffort{6, 1e-9};
 
 /// The shortest string among those that the routes lead to, taut but coarse.
 [[nodiscard]] TautString ShortestString(const SplineSurface& surface, const StringRules& rules,

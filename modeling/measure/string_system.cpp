@@ -1,6 +1,6 @@
 #include "modeling/measure/string_system.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <array>
 
 #include "base/ensure.h"
@@ -9,12 +9,17 @@ namespace annulus {
 namespace {
 
 /// Rounds in which numbers may be set free; after them they may only be fixed, which ends.
-constexpr int kFreeRounds = 12;
-constexpr int kRounds = 40;
+constexpr int kFreeRounds = 5;
+constexpr int kRounds = 12;
 
 /// Per number: free, or at which bound.
 enum class Bound : char { kFree, kLow, kHigh };
 using BoundsOfBlock = std::array<Bound, 3>;
+
+/// Whether a symmetric block is positive definite, by its leading minors.
+bool IsPositive(const Eigen::Matrix3d& block) {
+  return block(0, 0) > 0.0 && block(0, 0) * block(1, 1) > block(0, 1) * block(1, 0) && block.determinant() > 0.0;
+}
 
 /// H restricted to the free numbers (1 on the diagonal of the others), and b less what the fixed ones bring in.
 ChainSystem Restricted(const ChainSystem& system, const std::vector<BoundsOfBlock>& bounds) {
@@ -87,7 +92,7 @@ std::optional<std::vector<Eigen::Vector3d>> SolveChain(const ChainSystem& system
          "a chain has three blocks or more and one coupling less");
   // Elimination from the front; a ring's fill is the column of the last block, `around`.
   const std::size_t last = count - 1;
-  std::vector<Eigen::LLT<Eigen::Matrix3d>> factor(count);
+  std::vector<Eigen::Matrix3d> inverse(count);
   std::vector<Eigen::Matrix3d> around(last);
   std::vector<Eigen::Vector3d> right = system.right;
   Eigen::Matrix3d block = system.diagonal[0];
@@ -95,27 +100,25 @@ std::optional<std::vector<Eigen::Vector3d>> SolveChain(const ChainSystem& system
   Eigen::Matrix3d last_block = system.diagonal[last];
   for (std::size_t k = 0; k < last; ++k) {
     if (k + 1 == last) fill += system.next[k];
-    factor[k].compute(block);
-    if (factor[k].info() != Eigen::Success) return std::nullopt;
+    if (!IsPositive(block)) return std::nullopt;
+    inverse[k] = block.inverse();
     around[k] = fill;
-    const Eigen::Matrix3d inverse_fill = factor[k].solve(fill);
-    const Eigen::Vector3d inverse_right = factor[k].solve(right[k]);
+    const Eigen::Matrix3d inverse_fill = inverse[k] * fill;
+    const Eigen::Vector3d inverse_right = inverse[k] * right[k];
     last_block -= fill.transpose() * inverse_fill;
     right[last] -= fill.transpose() * inverse_right;
     if (k + 1 == last) break;
-    const Eigen::Matrix3d inverse_next = factor[k].solve(system.next[k]);
-    block = system.diagonal[k + 1] - system.next[k].transpose() * inverse_next;
+    block = system.diagonal[k + 1] - system.next[k].transpose() * (inverse[k] * system.next[k]);
     right[k + 1] -= system.next[k].transpose() * inverse_right;
     fill = -system.next[k].transpose() * inverse_fill;
   }
-  factor[last].compute(last_block);
-  if (factor[last].info() != Eigen::Success) return std::nullopt;
+  if (!IsPositive(last_block)) return std::nullopt;
   std::vector<Eigen::Vector3d> c(count);
-  c[last] = factor[last].solve(right[last]);
+  c[last] = last_block.inverse() * right[last];
   for (std::size_t k = last; k-- > 0;) {
     Eigen::Vector3d rest = right[k] - around[k] * c[last];
     if (k + 1 < last) rest -= system.next[k] * c[k + 1];
-    c[k] = factor[k].solve(rest);
+    c[k] = inverse[k] * rest;
   }
   return c;
 }

@@ -20,7 +20,7 @@ struct ChainSystem {
 /// H·c.
 [[nodiscard]] std::vector<Eigen::Vector3d> Apply(const ChainSystem& system, const std::vector<Eigen::Vector3d>& c);
 
-/// The solution of H·c = b without bounds, by block Cholesky in O(blocks). Nothing if H is not positive definite.
+/// The solution of H·c = b without bounds, by elimination of blocks in O(blocks). Nothing if H is not positive definite.
 /// Requires >= 3 blocks.
 [[nodiscard]] std::optional<std::vector<Eigen::Vector3d>> SolveChain(const ChainSystem& system);
 
