@@ -7,6 +7,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/storage.h"
+#include "modeling/exchange/landmarks_json.h"
+#include "modeling/measure/landmarks.h"
 #include "modeling/measure/section.h"
 #include "modeling/measure/section_svg.h"
 #include "modeling/measure/slab.h"
@@ -100,8 +103,15 @@ Status WriteFiles(const MeasureOptions& options, const MeasuredModel& measured, 
   return {};
 }
 
+/// The landmarks with those of a file set by hand.
+Result<Landmarks> WithFile(const MeasuredSurface& body, const Landmarks& landmarks, const std::string& path,
+                           CommandIo& io) {
+  const auto text = ReadTextFile(io.storage(), path);
+  if (!text) return Fail(text);
+  return ApplyLandmarksFile(body, landmarks, *text, path);
+}
+
 Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
-  if (!options.landmarks.empty()) return NotYet(io, "measure with --landmarks");
   for (const std::string& path : options.out) {
     if (const auto format = MeasurementFormatOf(path); !format) {
       io.set_failure_code(2);
@@ -113,7 +123,10 @@ Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
   ProgressDisplay display(io.progress_mode());
   TaskContext context;
   context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
-  const auto table = MeasureTable(loaded->body, context);
+  Result<Landmarks> landmarks = FindLandmarks(loaded->body, context);
+  if (!options.landmarks.empty()) landmarks = WithFile(loaded->body, *landmarks, options.landmarks, io);
+  if (!landmarks) return Fail(landmarks);
+  const auto table = MeasureTable(loaded->body, std::move(*landmarks));
   display.Clear();
   if (!table) {
     Error error = table.error();
@@ -167,7 +180,8 @@ void AddMeasureCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<MeasureOptions>();
   CLI::App* command = app.add_subcommand("measure", "the table of measurements, each with its uncertainty");
   command->add_option("model", options->model, "model")->required();
-  command->add_option("--landmarks", options->landmarks, "landmarks set by hand (not yet)")->type_name("F");
+  command->add_option("--landmarks", options->landmarks, "landmarks set by hand: a file of `annulus landmarks`")
+      ->type_name("F");
   command
       ->add_option("--out", options->out,
                    "file to write, by its ending: .json .csv .smis .vit .freesewing.json .pdf; may be repeated")

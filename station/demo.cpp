@@ -8,6 +8,7 @@
 
 #include "acquisition/recording.h"
 #include "modeling/exchange/model_json.h"
+#include "modeling/measure/landmarks.h"
 #include "modeling/measure/section.h"
 #include "render/plot.h"
 #include "render/png.h"
@@ -168,7 +169,7 @@ Status SubjectRun::Measure() {
   const TaskContext task = progress_.Begin(result_.name, kMeasureStep);
   const auto surface = MeasuredSurface::FromModel(fit_.fit.model);
   if (!surface) return Fail(surface);
-  auto table = MeasureTable(*surface, task);
+  auto table = MeasureTable(*surface, FindLandmarks(*surface, task));
   if (!table) return Fail(table);
   result_.table = std::move(*table);
   auto comparisons = CompareWithTruth(*surface, result_.table, truth_);

@@ -26,8 +26,9 @@ Json JsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json
 
 Json MeasurementsToJson(const MeasurementTable& table) {
   Json levels = Json::array();
-  for (const BodyLevel& level : table.levels) {
-    levels.push_back({{"id", "level." + level.id}, {"z_mm", level.z}, {"definition", level.definition}});
+  for (const Landmark& landmark : table.landmarks.found) {
+    if (landmark.kind != LandmarkKind::kLevel) continue;
+    levels.push_back({{"id", landmark.id}, {"z_mm", landmark.z.value}, {"definition", landmark.definition}});
   }
   Json measurements = Json::array();
   for (const Measurement& m : table.measurements) {

@@ -21,15 +21,15 @@ struct GirthLevel {
   const char* id;
   std::optional<double> BodyShape::*coarse;
   Extremum extremum;
-  double half;     ///< mm; half the window of the parabola; half of it where that would leave the surface.
+  double half;     ///< mm; half the window of the cubic; half of it where that would leave the surface.
   double clear;    ///< mm from the extremum within which nothing else changes the girth.
   double placing;  ///< mm; sd, see docs/landmarks.md.
 };
-constexpr GirthLevel kHead{"level.head", &BodyShape::head, Extremum::kLargest, 15.0, 15.0, 2.0};
-constexpr GirthLevel kNeck{"level.neck", &BodyShape::neck, Extremum::kSmallest, 10.0, 25.0, 2.0};
-constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 20.0, 50.0, 2.0};
-constexpr GirthLevel kWaist{"level.waist", &BodyShape::waist, Extremum::kSmallest, 25.0, 60.0, 2.0};
-constexpr GirthLevel kHip{"level.hip", &BodyShape::hip, Extremum::kLargest, 25.0, 60.0, 2.0};
+constexpr GirthLevel kHead{"level.head", &BodyShape::head, Extremum::kLargest, 15.0, 15.0, 1.0};
+constexpr GirthLevel kNeck{"level.neck", &BodyShape::neck, Extremum::kSmallest, 12.0, 25.0, 1.0};
+constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 25.0, 30.0, 2.0};
+constexpr GirthLevel kWaist{"level.waist", &BodyShape::waist, Extremum::kSmallest, 25.0, 60.0, 1.0};
+constexpr GirthLevel kHip{"level.hip", &BodyShape::hip, Extremum::kLargest, 25.0, 60.0, 1.0};
 
 /// By how much the girth falls from its extremum on the side on which it falls less.
 double Depth(const SplineSurface& surface, const HeightFunction& tape, double z, const GirthLevel& level) {
@@ -79,25 +79,6 @@ Landmarks FindLevels(const MeasuredSurface& body, const BodyShape& shape) {
   return Joined({GirthLevelOf(body, shape, kHead), GirthLevelOf(body, shape, kNeck), AxillaLevel(body, shape), chest,
                  UnderBustLevel(body, shape, chest, waist), waist, OmphalionLevel(body, shape, waist, hip),
                  IliacLevel(waist, hip), hip, CrotchLevel(body, shape)});
-}
-
-BodyLevels FindBodyLevels(const MeasuredSurface& body, const TaskContext& context) {
-  const BodyShape shape = FindBodyShape(body, context);
-  const Landmarks all = FindLevels(body, shape);
-  BodyLevels levels;
-  if (shape.runs.empty()) {
-    levels.omitted.emplace_back("All levels: fewer than 25 mm of the body were seen all around.");
-    return levels;
-  }
-  for (const char* name : {"head", "neck", "chest", "waist", "hip"}) {
-    const Landmark* level = all.Find(std::string("level.") + name);
-    if (level != nullptr) {
-      levels.found.push_back({name, level->z.value, level->definition});
-    } else {
-      levels.omitted.push_back(std::string("Level ") + name + ": not found in the part that was seen all around.");
-    }
-  }
-  return levels;
 }
 
 }  // namespace annulus

@@ -94,6 +94,7 @@ std::vector<Eigen::VectorXd> MeasuredSurface::DrawDeviations() const {
 
 Result<MeasuredSurface> MeasuredSurface::FromModel(const SurfaceModel& model) {
   MeasuredSurface body(model.main());
+  if (model.systematic) body.systematic_ = &*model.systematic;
   const Eigen::SparseMatrix<double>& precision = model.main().normal_matrix;
   if (precision.nonZeros() > 0) {
     auto covariance = model.main().hierarchy == nullptr

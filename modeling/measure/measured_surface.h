@@ -26,6 +26,8 @@ class MeasuredSurface {
 
   [[nodiscard]] const SplineSurface& surface() const { return segment_->surface; }
   [[nodiscard]] const SurfaceSegment& segment() const { return *segment_; }
+  /// Errors that repeat over the scan; null where nothing is known of them.
+  [[nodiscard]] const SystematicErrors* systematic() const { return systematic_; }
   /// Radius (mm), point (mm) and outward unit normal at one place, station frame: of the surface P(u, v) itself where
   /// the model has one (solved for theta), which `surface()` approximates; else of `surface()`.
   [[nodiscard]] double Radius(double theta, double z) const;
@@ -49,6 +51,7 @@ class MeasuredSurface {
   explicit MeasuredSurface(const SurfaceSegment& segment);
   [[nodiscard]] std::vector<Eigen::VectorXd> DrawDeviations() const;
   const SurfaceSegment* segment_;
+  const SystematicErrors* systematic_ = nullptr;
   std::shared_ptr<const SurfaceCovariance> covariance_;  ///< Shared by copies of this light value; null without matrix.
   struct LazyDeviations;
   std::shared_ptr<LazyDeviations> deviations_;  ///< Shared likewise; never null.

@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "base/progress.h"
 #include "base/result.h"
 #include "modeling/measure/landmark.h"
-#include "modeling/measure/section.h"
+#include "modeling/measure/measured_surface.h"
 
 namespace annulus {
 
@@ -16,7 +15,7 @@ struct UncertaintyBudget {
   double fit = 0.0;        ///< Noise, smoothing and detail not followed; landmarks moving with them included. NaN where
                            ///< the model carries no normal matrix.
   double landmarks = 0.0;  ///< Placing of the landmarks (Landmark::placing_across, placing_up).
-  double sampling = 0.0;   ///< What lies between the rays of a ring.
+  double detail = 0.0;     ///< Length of detail that the surface does not follow (unresolved_length.h).
   double calibration = 0.0;  ///< Of the ring; 0 until a calibration says more.
   double sway = 0.0;         ///< The subject's movement; 0 until it is known.
 };
@@ -37,24 +36,15 @@ struct Measurement {
   std::vector<std::vector<Eigen::Vector3d>> paths{};
 };
 
-/// A level found on the body.
-struct BodyLevel {
-  std::string id;  ///< "head", "neck", "chest", "waist", "hip".
-  double z = 0.0;  ///< mm
-  std::string definition;
-};
-
 /// What can be measured on a model, and what cannot.
 struct MeasurementTable {
-  std::vector<BodyLevel> levels;
+  Landmarks landmarks;
   std::vector<Measurement> measurements;
-  Landmarks landmarks{};
-  std::vector<std::string> omitted{};  ///< One sentence for each level or measurement that was left out, and why.
+  std::vector<std::string> omitted;  ///< One sentence for each landmark or measurement that was left out, and why.
 };
 
-/// Finds the levels of head, neck, chest, waist and hip from how the tape girth runs over the height, and measures
-/// girths (tape and perimeter), heights and surface lengths there. A head scan gives head and neck only; a scan that
-/// starts below the head gives no head. Fails only if not one section of the body is fully known.
-[[nodiscard]] Result<MeasurementTable> MeasureTable(const MeasuredSurface& body, const TaskContext& context);
+/// Every measurement of the table that the landmarks allow (docs/measurements.md lists them), each with its
+/// uncertainty. Fails if there is no landmark.
+[[nodiscard]] Result<MeasurementTable> MeasureTable(const MeasuredSurface& body, Landmarks landmarks);
 
 }  // namespace annulus
