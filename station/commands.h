@@ -23,6 +23,7 @@ void AddFitCommand(CLI::App& app, CommandWork& chosen);
 void AddEvalCommand(CLI::App& app, CommandWork& chosen);
 void AddSectionCommand(CLI::App& app, CommandWork& chosen);
 void AddSlabCommand(CLI::App& app, CommandWork& chosen);
+void AddDistanceCommand(CLI::App& app, CommandWork& chosen);
 void AddRegionCommand(CLI::App& app, CommandWork& chosen);
 void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
 void AddCompareCommand(CLI::App& app, CommandWork& chosen);
