@@ -23,10 +23,9 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 17> kLater{{{"replay", "re-run a scan from its recorded bytes"},
+constexpr std::array<LaterCommand, 16> kLater{{{"replay", "re-run a scan from its recorded bytes"},
                                                {"recover", "save what is sound of a damaged recording"},
                                                {"calibrate", "solve for the ring's geometry and offsets"},
-                                               {"landmarks", "find landmarks, or set them by hand"},
                                                {"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
                                                {"flatten", "flat patterns"},
@@ -100,8 +99,8 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   CommandWork chosen;
   for (const auto& add :
        {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand, AddFitCommand,
-        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddDistanceCommand, AddRegionCommand, AddMeasureCommand,
-        AddCompareCommand, AddGlassesCommand, AddRenderCommand}) {
+        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand, AddDistanceCommand, AddLandmarksCommand,
+        AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -23,12 +23,12 @@ struct Placing {
   double across = 0.0;
   double up = 0.0;
 };
-constexpr Placing kNeckSide{4.0, 3.0};
-constexpr Placing kNeckFront{3.0, 4.0};
-constexpr Placing kNeckBack{3.0, 6.0};
+constexpr Placing kNeckSide{3.0, 2.0};
+constexpr Placing kNeckFront{3.0, 7.0};
+constexpr Placing kNeckBack{3.0, 10.0};
 constexpr Placing kNeckByProportion{3.0, 15.0};
-constexpr Placing kShoulder{5.0, 4.0};
-constexpr Placing kBust{4.0, 3.0};
+constexpr Placing kShoulder{6.0, 6.0};
+constexpr Placing kBust{2.0, 2.0};
 constexpr Placing kBustByProportion{20.0, 10.0};
 
 constexpr double kNeckHalf = 6.0;       // mm: half the height over which the outline's slope is taken
@@ -152,8 +152,8 @@ Landmarks NeckFront(const MeasuredSurface& body, const BodyShape& shape, double 
 
 /// The bulge of the back's profile near the height `base` of the neck's base.
 std::optional<std::pair<Estimate, SurfaceVertex>> FindBulge(const MeasuredSurface& body, double behind, double base) {
-  constexpr double kReach = 40.0;   // mm
-  constexpr double kWeakest = 0.5;  // mm over the chord
+  constexpr double kReach = 50.0;   // mm
+  constexpr double kWeakest = 2.0;  // mm over the chord; a round back has less
   const SplineSurface& surface = body.surface();
   VertexQuery query{SurfaceField::Along(Horizontal(behind)).OverChord(0.0, kChord)};
   query.freedom = VertexFreedom::kUp;

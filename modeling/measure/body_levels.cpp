@@ -27,7 +27,7 @@ struct GirthLevel {
 };
 constexpr GirthLevel kHead{"level.head", &BodyShape::head, Extremum::kLargest, 15.0, 15.0, 1.0};
 constexpr GirthLevel kNeck{"level.neck", &BodyShape::neck, Extremum::kSmallest, 12.0, 25.0, 1.0};
-constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 25.0, 30.0, 2.0};
+constexpr GirthLevel kChest{"level.chest", &BodyShape::chest, Extremum::kLargest, 25.0, 30.0, 1.0};
 constexpr GirthLevel kWaist{"level.waist", &BodyShape::waist, Extremum::kSmallest, 25.0, 60.0, 1.0};
 constexpr GirthLevel kHip{"level.hip", &BodyShape::hip, Extremum::kLargest, 25.0, 60.0, 1.0};
 

@@ -95,10 +95,25 @@ std::optional<std::size_t> FindHip(const GirthRun& girths, std::size_t waist) {
   return best;
 }
 
+constexpr double kClearFall = 0.9975;  // of a girth; less is noise and the skin's little waves
+
+/// Whether the girth falls clearly above a section at `chest`, where arms begin to hide the sides: compared in the
+/// directions that are seen at both heights.
+bool FallsAbove(const MeasuredSurface& body, double chest, double highest) {
+  const double end = std::min({highest, chest + 60.0, body.surface().z_max()});
+  for (double z = chest + kGirthStep; z <= end; z += kGirthStep) {
+    const SectionSampler sampler(body.surface(), SeenDirections(body, 0.5 * (chest + z), 0.5 * (z - chest), 240));
+    const double share = TapeLength(sampler.Points(z)) / TapeLength(sampler.Points(chest));
+    if (share > 1.0) return false;
+    if (share < kClearFall) return true;
+  }
+  return false;
+}
+
 /// From the waist up, the girth grows to the bust; above it, it falls clearly or jumps up where the arms join. None if
 /// it grows all the way to `highest` or to the arms, or falls so little that noise would decide.
-std::optional<std::size_t> FindChest(const GirthRun& girths, std::size_t waist, std::size_t upper, double highest) {
-  constexpr double kClearFall = 0.995;
+std::optional<std::size_t> FindChest(const MeasuredSurface& body, const GirthRun& girths, std::size_t waist,
+                                     std::size_t upper, double highest) {
   std::size_t chest = waist;
   double lowest = girths[waist].tape;  // above the chest
   for (std::size_t k = waist; k-- > upper;) {
@@ -111,8 +126,9 @@ std::optional<std::size_t> FindChest(const GirthRun& girths, std::size_t waist, 
     }
     if (girths[chest].z < girths[k].z - 60.0) break;  // no longer growing for 60 mm
   }
-  if (chest == waist || lowest > kClearFall * girths[chest].tape) return std::nullopt;
-  return chest;
+  if (chest == waist) return std::nullopt;
+  if (lowest < kClearFall * girths[chest].tape || FallsAbove(body, girths[chest].z, highest)) return chest;
+  return std::nullopt;
 }
 
 /// Direction of the longer axis of the section at z, rad in [0, pi), and how much longer it is.
@@ -173,7 +189,7 @@ BodyShape WithTrunk(const MeasuredSurface& body, const GirthRun& girths, std::si
   if (hip) shape.hip = girths[*hip].z;
   shape.armpits = FindArmpits(body, *shape.waist);
   const double highest = shape.armpits ? shape.armpits->z : body.surface().z_max();
-  const std::optional<std::size_t> chest = FindChest(girths, *waist, upper, highest);
+  const std::optional<std::size_t> chest = FindChest(body, girths, *waist, upper, highest);
   if (chest) shape.chest = girths[*chest].z;
   return shape;
 }

@@ -17,7 +17,7 @@ constexpr std::array<LandmarkEntry, 18> kCatalog{{
      "Height of the largest horizontal tape girth above the ears, where hollows of the section begin.", kLevel},
     {"level.neck", "Neck level", "Height of the smallest horizontal tape girth below the head.", kLevel},
     {"neck_back", "Back neck point (cervicale)",
-     "In the mid-plane behind, where the back's profile bulges most, over a chord of 50 mm, within 40 mm of the height "
+     "In the mid-plane behind, where the back's profile bulges most, over a chord of 50 mm, within 50 mm of the height "
      "of the side neck points; without a bulge, at that height.",
      kPoint},
     {"neck_right", "Side neck point, right",
@@ -40,11 +40,12 @@ constexpr std::array<LandmarkEntry, 18> kCatalog{{
      "shoulder's top line.",
      kPoint},
     {"level.axilla", "Axilla level",
-     "Mean height of the two ends of what the arms hide of the trunk; without arms, where the breadth grows most "
-     "suddenly.",
+     "25 mm below the mean upper end of what the arms hide of the trunk, because the groove beside an arm hides more "
+     "than "
+     "the armpit; without arms, where the breadth grows most suddenly.",
      kLevel},
     {"level.chest", "Chest (bust) level",
-     "Height of the largest horizontal tape girth between axilla and waist; where the girth does not fall by 0.5 % "
+     "Height of the largest horizontal tape girth between axilla and waist; where the girth does not fall by 0.25 % "
      "above it, of the most forward part of the chest.",
      kLevel},
     {"bust_right", "Bust point, right", "Most forward point of the chest's right half about the chest level.", kPoint},

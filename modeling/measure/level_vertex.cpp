@@ -122,6 +122,24 @@ HeightFunction SlopeOf(const HeightFunction& function, double half) {
   return Weighted(function, half, weights);
 }
 
+HeightFunction TangentOf(const HeightFunction& function, double half) {
+  // Normal equations of the odd terms s, s³; the even ones do not matter to the slope at s = 0.
+  double second = 0.0;
+  double fourth = 0.0;
+  double sixth = 0.0;
+  for (std::size_t k = 0; k < kNodes; ++k) {
+    second += std::pow(Node(k), 2);
+    fourth += std::pow(Node(k), 4);
+    sixth += std::pow(Node(k), 6);
+  }
+  const double determinant = second * sixth - fourth * fourth;
+  std::array<double, kNodes> weights{};
+  for (std::size_t k = 0; k < kNodes; ++k) {
+    weights[k] = (sixth * Node(k) - fourth * std::pow(Node(k), 3)) / (determinant * half);
+  }
+  return Weighted(function, half, weights);
+}
+
 HeightFunction BendOf(const HeightFunction& function, double half) {
   // The parabola's highest coefficient is that of the orthogonal polynomial s² - mean(s²); twice it, over half².
   double mean = 0.0;
@@ -166,7 +184,7 @@ std::optional<Estimate> FindLevelVertex(const SplineSurface& surface, const Heig
   const double low = std::max(start - 2.0 * half, surface.z_min() + half);
   const double high = std::min(start + 2.0 * half, surface.z_max() - half);
   if (!(low < high) || start < low || start > high) return std::nullopt;
-  const HeightFunction slope = SlopeOf(function, half);
+  const HeightFunction slope = TangentOf(function, half);
   const Crossing crossing = which == Extremum::kLargest ? Crossing::kFalling : Crossing::kRising;
   // The slope at the start says on which side the extremum lies.
   const bool above = (slope.value(start) > 0.0) == (which == Extremum::kLargest);

@@ -31,6 +31,9 @@ struct HeightFunction {
 /// The slope over heights z ± half, mm/mm, of the straight line fitted to the function by least squares.
 [[nodiscard]] HeightFunction SlopeOf(const HeightFunction& function, double half);
 
+/// The slope at z of the cubic fitted to the function by least squares over heights z ± half, mm/mm.
+[[nodiscard]] HeightFunction TangentOf(const HeightFunction& function, double half);
+
 /// The second derivative over heights z ± half, 1/mm, of the parabola fitted to the function by least squares.
 [[nodiscard]] HeightFunction BendOf(const HeightFunction& function, double half);
 
@@ -54,9 +57,9 @@ struct LevelQuery {
 /// Which extremum.
 enum class Extremum { kLargest, kSmallest };
 
-/// The extremum of a function nearest to `start`, mm: vertex of the parabola fitted by least squares over z ± half,
-/// centred about the vertex itself, which is where the fitted line is level. Looked for within 2·half of the start.
-/// Null if there is none, or if its window would leave the surface.
+/// The extremum of a function nearest to `start`, mm: where the cubic fitted by least squares over z ± half is level at
+/// the middle of its own window. (A parabola's vertex is drawn towards the flatter side.) Looked for within 2·half of
+/// the start. Null if there is none, or if its window would leave the surface.
 [[nodiscard]] std::optional<Estimate> FindLevelVertex(const SplineSurface& surface, const HeightFunction& function,
                                                       double start, double half, Extremum which);
 

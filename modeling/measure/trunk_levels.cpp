@@ -18,12 +18,13 @@ namespace {
 constexpr double kFrontSector = RadiansFromDegrees(50.0);
 
 /// sd of placing, mm: see docs/landmarks.md.
-constexpr double kArmpitPlacing = 12.0;
+constexpr double kArmpitPlacing = 25.0;
+constexpr double kGroove = 25.0;  // mm; half of how far the groove beside an arm hides the trunk above the armpit
 constexpr double kStumpPlacing = 5.0;
 constexpr double kForwardPlacing = 3.0;
 constexpr double kBendPlacing = 3.0;
 constexpr double kNavelPlacing = 2.0;
-constexpr double kCrotchPlacing = 8.0;
+constexpr double kCrotchPlacing = 12.0;
 constexpr double kChestByProportion = 20.0;
 constexpr double kUnderBustByProportion = 15.0;
 constexpr double kNavelByProportion = 20.0;
@@ -117,7 +118,9 @@ Landmarks AxillaLevel(const MeasuredSurface& body, const BodyShape& shape) {
   if (armpits.sign == Armpits::Sign::kArms) {
     // Two sides that agree speak for themselves.
     const double confidence = 0.8 * 20.0 / (20.0 + armpits.spread);
-    return {{LevelAt(kId, Estimate{armpits.z, {}}, confidence, std::hypot(kArmpitPlacing, 0.5 * armpits.spread))}, {}};
+    return {
+        {LevelAt(kId, Estimate{armpits.z - kGroove, {}}, confidence, std::hypot(kArmpitPlacing, 0.5 * armpits.spread))},
+        {}};
   }
   const SectionSampler sampler(body.surface(), EvenDirections(360));
   const HeightFunction breadth = SumOf(ReachOver(sampler, shape.front - kPi / 2.0, kPi / 2.0),
@@ -185,7 +188,7 @@ Landmarks IliacLevel(const Landmarks& waist, const Landmarks& hip) {
 
 Landmarks CrotchLevel(const MeasuredSurface& body, const BodyShape& shape) {
   constexpr std::string_view kId = "level.crotch";
-  constexpr double kCleft = 0.15;  // of the section's depth, both in front and behind
+  constexpr double kCleft = 0.1;  // of the section's depth, both in front and behind
   if (!shape.hip) return Omitted(kId, "the hip level is missing");
   const double z = shape.lowest;
   const SplineSurface& surface = body.surface();
