@@ -23,13 +23,14 @@ class EarRelief {
   /// The head without the ear, mm from the axis, one value per degree from kBack to kFront.
   [[nodiscard]] std::vector<double> Base(int row) const {
     constexpr int kHalf = 22;
-    const auto lowest = [&](int forward) {
-      double low = grid_.r(Degree(forward - kHalf), row);
-      for (int k = -kHalf + 1; k <= kHalf; ++k) low = std::min(low, grid_.r(Degree(forward + k), row));
-      return low;
-    };
+    std::vector<double> row_radius;
+    for (int forward = kBack - 2 * kHalf; forward <= kFront + 2 * kHalf; ++forward) {
+      row_radius.push_back(grid_.r(Degree(forward), row));
+    }
     std::vector<double> eroded;
-    for (int forward = kBack - kHalf; forward <= kFront + kHalf; ++forward) eroded.push_back(lowest(forward));
+    for (auto start = row_radius.begin(); start + 2 * kHalf < row_radius.end(); ++start) {
+      eroded.push_back(*std::min_element(start, start + 2 * kHalf + 1));
+    }
     std::vector<double> opened;
     for (auto start = eroded.begin(); start + 2 * kHalf < eroded.end(); ++start) {
       opened.push_back(*std::max_element(start, start + 2 * kHalf + 1));
@@ -72,8 +73,10 @@ std::vector<std::vector<double>> EarOnly(const EarRelief& relief, int first, int
 struct EarRows {
   std::size_t upper;
   std::size_t lower;
-  double edge;  ///< mm; the relief at which it ends.
-  double peak;  ///< mm; its largest relief.
+  double top;     ///< Where the relief ends above, in rows, between them.
+  double bottom;  ///< And below.
+  double edge;    ///< mm; the relief at which it ends.
+  double peak;    ///< mm; its largest relief.
 };
 
 /// From the row where the ear is largest up and down until it stands out by a fifth of its height only. Empty if that
@@ -91,11 +94,17 @@ std::optional<EarRows> FindEarRows(const std::vector<std::vector<double>>& heigh
   }
   const double peak = *std::max_element(peaks.begin(), peaks.end());
   const auto middle = static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
-  EarRows rows{middle, middle, std::max(0.2 * peak, kLeastEdge), peak};
+  EarRows rows{middle, middle, 0.0, 0.0, std::max(0.2 * peak, kLeastEdge), peak};
   while (rows.upper > 0 && peaks[rows.upper - 1] >= rows.edge) --rows.upper;
   while (rows.lower + 1 < peaks.size() && peaks[rows.lower + 1] >= rows.edge) ++rows.lower;
   const std::size_t length = rows.lower - rows.upper;
   if (peak < kLeastEar || length < kShortest || length > kLongest || rows.upper == 0) return std::nullopt;
+  const auto beyond = [&](std::size_t inside, std::size_t outside) {
+    const double fall = peaks[inside] - peaks[outside];
+    return fall > 0.0 ? std::clamp((peaks[inside] - rows.edge) / fall, 0.0, 1.0) : 0.0;
+  };
+  rows.top = static_cast<double>(rows.upper) - beyond(rows.upper, rows.upper - 1);
+  rows.bottom = static_cast<double>(rows.lower) + beyond(rows.lower, std::min(rows.lower + 1, peaks.size() - 1));
   return rows;
 }
 
@@ -121,24 +130,26 @@ double MiddleOf(const std::vector<std::vector<double>>& heights, const EarRows& 
   return middle.value();
 }
 
-/// Where the relief begins in front, degrees forward: mean of the rows from 0.35 to 0.55 of the ear's height below its
-/// top.
+/// Where the relief begins coming from the face, degrees forward: median of the rows from 0.35 to 0.55 of the ear's
+/// height below its top.
 double FrontOf(const std::vector<std::vector<double>>& heights, const EarRows& rows, double middle) {
   const auto length = static_cast<double>(rows.lower - rows.upper);
   const std::size_t first = rows.upper + static_cast<std::size_t>(0.35 * length);
   const std::size_t last = rows.upper + static_cast<std::size_t>(0.55 * length);
-  double sum = 0.0;
+  std::vector<double> fronts;
   for (std::size_t row = first; row <= last; ++row) {
-    auto k = static_cast<std::size_t>(std::lround(middle - EarRelief::kBack));
-    while (k + 1 < heights[row].size() && heights[row][k] >= rows.edge) ++k;
-    // Linear between the last column in the ear and the first one outside.
-    double share = 0.0;
-    if (k > 0 && heights[row][k - 1] > heights[row][k]) {
-      share = (rows.edge - heights[row][k]) / (heights[row][k - 1] - heights[row][k]);
-    }
-    sum += EarRelief::kBack + static_cast<double>(k) - std::clamp(share, 0.0, 1.0);
+    const std::vector<double>& height = heights[row];
+    const auto nearest = static_cast<std::size_t>(std::lround(middle - EarRelief::kBack));
+    std::size_t k = height.size() - 1;
+    while (k > nearest && height[k] < rows.edge) --k;
+    // Linear between the ear's first column and the one before it.
+    const double next = k + 1 < height.size() ? height[k + 1] : rows.edge;
+    const double share = height[k] > next ? std::clamp((height[k] - rows.edge) / (height[k] - next), 0.0, 1.0) : 0.0;
+    fronts.push_back(EarRelief::kBack + static_cast<double>(k) + share);
   }
-  return sum / static_cast<double>(last - first + 1);
+  const auto centre = fronts.begin() + static_cast<std::ptrdiff_t>(fronts.size() / 2);
+  std::nth_element(fronts.begin(), centre, fronts.end());
+  return *centre;
 }
 
 }  // namespace
@@ -162,10 +173,10 @@ std::optional<EarOutline> FindEarOutline(const HeadGrid& grid, BodySide side, do
   const double base = relief.Base(row)[static_cast<std::size_t>(degree - EarRelief::kBack)];
   EarOutline ear;
   ear.side = side;
-  ear.top_z = grid.z(row);
-  ear.bottom_z = grid.z(first + static_cast<int>(rows->lower));
+  ear.top_z = grid.z(first) - rows->top;
+  ear.bottom_z = grid.z(first) - rows->bottom;
   ear.height = rows->peak;
-  ear.top_theta = radians(degree);
+  ear.top_theta = radians(forward.value());
   ear.top_radius = std::min(grid.r(relief.Degree(degree), row), base + rows->edge);
   const double middle = MiddleOf(heights, *rows);
   ear.middle_theta = radians(middle);

@@ -74,31 +74,37 @@ struct Centroid {
   [[nodiscard]] double value() const { return sum / weight; }
 };
 
-/// Where, on one side, the surface meets x at height z: theta by bisection; x falls with theta on the front.
-Vector3d SurfaceAtX(const SplineSurface& head, double x, double z) {
-  double low = RadiansFromDegrees(20.0);
-  double high = RadiansFromDegrees(160.0);
+/// Where, in front, the surface at height z is `lateral` mm from the mid-plane: theta by bisection, as the lateral
+/// falls with theta there.
+Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, double lateral, double z) {
+  double low = plane.yaw - RadiansFromDegrees(70.0);
+  double high = plane.yaw + RadiansFromDegrees(70.0);
   for (int step = 0; step < 50; ++step) {
     const double middle = 0.5 * (low + high);
-    (head.Point(middle, z).x() > x ? low : high) = middle;
+    (plane.Lateral(head.Point(middle, z)) > lateral ? low : high) = middle;
   }
   return head.Point(0.5 * (low + high), z);
 }
 
 /// The eye's centre from the hollow of its socket: how far the surface lies behind a vertical chord of 40 mm. The
-/// hollow is deepest at the nose, so x is the centre of its extent (weights cut off) and z that of its depth.
-FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
+/// hollow is deepest at the nose, so its place beside the root is the centre of its extent (weights cut off) and z
+/// that of its depth.
+FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
+  const Vector3d& sellion = found.face.sellion.position;
+  const MidPlane& plane = found.plane;
+  const double root = plane.Lateral(sellion);
   constexpr int kHalfChord = 20;
   constexpr double kInnermost = 14.5;
   constexpr double kOutermost = 55.0;
   constexpr double kUsualLateral = 31.5;
   constexpr double kUsualBelow = 7.0;
   const double sign = side == BodySide::kRight ? 1.0 : -1.0;
+  const auto middle = static_cast<int>(std::lround(DegreesFromRadians(plane.yaw)));
   Centroid across;
   Centroid height;
   for (int row = grid.RowAt(sellion.z() + 8.0); row <= grid.RowAt(sellion.z() - 27.0); ++row) {
-    for (int degree = 30; degree <= 150; ++degree) {
-      const double lateral = sign * (grid.Point(degree, row).x() - sellion.x());
+    for (int degree = middle - 60; degree <= middle + 60; ++degree) {
+      const double lateral = sign * (plane.Lateral(grid.Point(degree, row)) - root);
       if (lateral < kInnermost || lateral > kOutermost) continue;
       const double hollow =
           0.5 * (grid.r(degree, row - kHalfChord) + grid.r(degree, row + kHalfChord)) - grid.r(degree, row);
@@ -107,18 +113,18 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const Vector3
       height.Add(deep * deep, grid.z(row));
     }
   }
-  const bool found = across.weight > 300.0 && height.weight > 300.0 && across.value() > 22.0 && across.value() < 42.0;
-  const double lateral = found ? across.value() : kUsualLateral;
-  const double z = found ? height.value() : sellion.z() - kUsualBelow;
-  return {SurfaceAtX(head, sellion.x() + sign * lateral, z),
-          found ? LandmarkSource::kDetected : LandmarkSource::kProportion};
+  const bool shows = across.weight > 300.0 && height.weight > 300.0 && across.value() > 22.0 && across.value() < 42.0;
+  const double lateral = shows ? across.value() : kUsualLateral;
+  const double z = shows ? height.value() : sellion.z() - kUsualBelow;
+  return {SurfaceAtLateral(head, plane, root + sign * lateral, z),
+          shows ? LandmarkSource::kDetected : LandmarkSource::kProportion};
 }
 
 /// The top of the ear, where the temple lies between ear and head; by proportion if there is no ear.
-FacePoint FindEar(const SplineSurface& head, const HeadGrid& grid, const Vector3d& sellion, BodySide side) {
+FacePoint EarPoint(const SplineSurface& head, const std::optional<EarOutline>& ear, const Vector3d& sellion,
+                   BodySide side) {
   constexpr double kUsualForward = -4.0;
   constexpr double kUsualBelow = 2.0;
-  const auto ear = FindEarOutline(grid, side, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
   if (!ear) {
     const double degrees = side == BodySide::kRight ? kUsualForward : 180.0 - kUsualForward;
     return {head.Point(RadiansFromDegrees(degrees), sellion.z() - kUsualBelow), LandmarkSource::kProportion};
@@ -149,10 +155,12 @@ Result<FacePoints> FindFacePoints(const SplineSurface& head) {
   if (head.z_max() - head.z_min() < kLeastHead) {
     return Fail(kAttempt, fmt::format("the surface is only {:.0f} mm high", head.z_max() - head.z_min()), kAdvice);
   }
-  return FindFacePoints(head, HeadGrid(head, kHeadDepth));
+  auto found = FindFaceAndEars(head, HeadGrid(head, kHeadDepth));
+  if (!found) return Fail(found);
+  return found->face;
 }
 
-Result<FacePoints> FindFacePoints(const SplineSurface& head, const HeadGrid& grid) {
+Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& grid) {
   const std::optional<GridPlace> nose = FindNose(grid, NeckRow(grid));
   if (!nose) {
     return Fail(kAttempt,
@@ -160,16 +168,20 @@ Result<FacePoints> FindFacePoints(const SplineSurface& head, const HeadGrid& gri
                             head.z_max() - kNoseLowest, head.z_max() - kNoseHighest),
                 kAdvice);
   }
-  FacePoints face;
+  FaceAndEars found;
+  FacePoints& face = found.face;
   face.pronasale = RefinePronasale(head, grid, *nose);
   face.sellion = FindSellion(head, face.pronasale.position);
+  found.plane = FindMidPlane(grid, face.pronasale.position);
   const Vector3d& sellion = face.sellion.position;
-  face.eye_right = FindEye(head, grid, sellion, BodySide::kRight);
-  face.eye_left = FindEye(head, grid, sellion, BodySide::kLeft);
-  face.ear_right = FindEar(head, grid, sellion, BodySide::kRight);
-  face.ear_left = FindEar(head, grid, sellion, BodySide::kLeft);
+  face.eye_right = FindEye(head, grid, found, BodySide::kRight);
+  face.eye_left = FindEye(head, grid, found, BodySide::kLeft);
+  found.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  found.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  face.ear_right = EarPoint(head, found.ear_right, sellion, BodySide::kRight);
+  face.ear_left = EarPoint(head, found.ear_left, sellion, BodySide::kLeft);
   face.forehead = FindForehead(head, sellion);
-  return face;
+  return found;
 }
 
 }  // namespace annulus

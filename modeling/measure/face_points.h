@@ -1,13 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "fitting/spline_surface.h"
+#include "modeling/measure/ear_outline.h"
 #include "modeling/measure/head_grid.h"
 #include "modeling/measure/landmark.h"
+#include "modeling/measure/mid_plane.h"
 
 namespace annulus {
 
@@ -40,7 +43,15 @@ struct NamedFacePoint {
 /// Finds the face points on a fitted head, bust or standing person whose front is near +y: only the part above the
 /// neck's smallest girth is searched. Fails when there is no head (no nose at the front, or the surface is too short).
 [[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head);
-/// The same on the upper kHeadDepth mm of the head already sampled.
-[[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head, const HeadGrid& grid);
+
+/// Face points, the plane between the sides of the face, and the ears; an ear is empty where none shows.
+struct FaceAndEars {
+  FacePoints face;
+  MidPlane plane;
+  std::optional<EarOutline> ear_right{};
+  std::optional<EarOutline> ear_left{};
+};
+/// FindFacePoints on the upper kHeadDepth mm of the head already sampled.
+[[nodiscard]] Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& grid);
 
 }  // namespace annulus

@@ -8,6 +8,8 @@
 namespace annulus {
 namespace {
 
+/// A section of larger mean radius than this is no head's, mm: that is a girth of 820 mm, hair included.
+constexpr double kWidestHead = 130.0;
 /// How far a nose stands out between points 15 degrees to either side, mm; less is no nose.
 constexpr double kLeastNose = 4.0;
 
@@ -15,10 +17,22 @@ constexpr double kLeastNose = 4.0;
 
 HeadGrid::HeadGrid(const SplineSurface& head, double depth)
     : top_(head.z_max()), rows_(static_cast<int>(std::floor(std::min(depth, head.z_max() - head.z_min()))) + 1) {
+  const PeriodicCubicBasis& around = head.theta_basis();
+  std::vector<CubicBasis> columns;
+  for (int degree = 0; degree < kFullCircle; ++degree) columns.push_back(around.At(RadiansFromDegrees(degree)));
+  const auto width = static_cast<Eigen::Index>(around.count());
   radius_.reserve(static_cast<std::size_t>(rows_) * kFullCircle);
   for (int row = 0; row < rows_; ++row) {
-    for (int degree = 0; degree < kFullCircle; ++degree) {
-      radius_.push_back(std::max(head.Radius(RadiansFromDegrees(degree), z(row)), 0.0));
+    // The row's own spline in theta first: four products a node instead of sixteen.
+    const CubicBasis up = head.z_basis().At(z(row));
+    Eigen::VectorXd ring = Eigen::VectorXd::Zero(width);
+    for (std::size_t k = 0; k < 4; ++k) {
+      ring += up.value[k] * head.coefficients().segment(static_cast<Eigen::Index>(up.index[k]) * width, width);
+    }
+    for (const CubicBasis& column : columns) {
+      double r = 0.0;
+      for (std::size_t k = 0; k < 4; ++k) r += column.value[k] * ring[static_cast<Eigen::Index>(column.index[k])];
+      radius_.push_back(std::max(r, 0.0));
     }
   }
 }
@@ -79,7 +93,8 @@ std::optional<GridPlace> FindNose(const HeadGrid& grid, int neck) {
       }
     }
   }
-  if (best_score == 0.0 || prominence(best.degree, best.row) < kLeastNose) return std::nullopt;
+  if (best_score == 0.0 || grid.MeanRadius(best.row) > kWidestHead) return std::nullopt;
+  if (prominence(best.degree, best.row) < kLeastNose) return std::nullopt;
   return best;
 }
 

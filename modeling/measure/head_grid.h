@@ -55,7 +55,7 @@ inline constexpr double kNoseLowest = 210.0;
 [[nodiscard]] int NeckRow(const HeadGrid& grid);
 
 /// The nose's tip above the neck: forward (+y), and standing out by 4 mm or more from what is 15 degrees to either
-/// side. Forehead and chin are too broad. Empty if nothing is.
+/// side. Forehead and chin are too broad. Empty if nothing is, or where the section is wider than any head's.
 [[nodiscard]] std::optional<GridPlace> FindNose(const HeadGrid& grid, int neck);
 
 }  // namespace annulus

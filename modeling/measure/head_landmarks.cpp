@@ -62,10 +62,10 @@ constexpr std::array<HeadLandmarkEntry, 24> kCatalog{{
      "furrow round the nose's wing.",
      kPoint, 1.0, 1.0},
     {"temple_right", "Temple at the eye, right",
-     "At the eye centre's height, where the face turns to the side: its tangent is at 45 degrees to the mid-plane.",
+     "At the eye centre's height, where the face turns to the side: its tangent is at 30 degrees to the mid-plane.",
      kPoint, 1.0, 1.0},
     {"temple_left", "Temple at the eye, left",
-     "At the eye centre's height, where the face turns to the side: its tangent is at 45 degrees to the mid-plane.",
+     "At the eye centre's height, where the face turns to the side: its tangent is at 30 degrees to the mid-plane.",
      kPoint, 1.0, 1.0},
     {"otobasion_superius_right", "Otobasion superius, right",
      "Top of the ear, where it has sunk to a fifth of its height above the head: a spectacle's temple rests there.",
@@ -74,12 +74,12 @@ constexpr std::array<HeadLandmarkEntry, 24> kCatalog{{
      "Top of the ear, where it has sunk to a fifth of its height above the head: a spectacle's temple rests there.",
      kPoint, 2.0, 2.0},
     {"tragion_right", "Tragion, right",
-     "In the furrow before the ear, 0.45 of the ear's height below its top: the notch itself is too small for the "
-     "ring.",
+     "Where the ear begins coming from the cheek, 0.45 of its height below its top: the notch itself is too small for "
+     "the ring.",
      kPoint, 2.0, 3.0},
     {"tragion_left", "Tragion, left",
-     "In the furrow before the ear, 0.45 of the ear's height below its top: the notch itself is too small for the "
-     "ring.",
+     "Where the ear begins coming from the cheek, 0.45 of its height below its top: the notch itself is too small for "
+     "the ring.",
      kPoint, 2.0, 3.0},
     {"euryon_right", "Euryon, right",
      "Point of the head above the ears that is farthest from the mid-plane; where the head widens down to the ears, "
@@ -90,17 +90,21 @@ constexpr std::array<HeadLandmarkEntry, 24> kCatalog{{
      "just above them; hair counts.",
      kPoint, 2.0, 2.0},
     {"zygion_right", "Zygion, right",
-     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek has no such point, 18 mm "
-     "before the ear.",
+     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek widens back to the ear, "
+     "at "
+     "its bulge 18 mm before the ear.",
      kPoint, 2.0, 2.0},
     {"zygion_left", "Zygion, left",
-     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek has no such point, 18 mm "
-     "before the ear.",
+     "Point of the cheek before the ear that is farthest from the mid-plane; where the cheek widens back to the ear, "
+     "at "
+     "its bulge 18 mm before the ear.",
      kPoint, 2.0, 2.0},
     {"gonion_right", "Gonion, right",
-     "Corner of the jaw below the ear: the point farthest outwards, down and a little back.", kPoint, 2.0, 2.0},
+     "Corner of the jaw below the ear: where the side of the face bulges most over a vertical chord of 40 mm.", kPoint,
+     2.0, 2.0},
     {"gonion_left", "Gonion, left",
-     "Corner of the jaw below the ear: the point farthest outwards, down and a little back.", kPoint, 2.0, 2.0},
+     "Corner of the jaw below the ear: where the side of the face bulges most over a vertical chord of 40 mm.", kPoint,
+     2.0, 2.0},
 }};
 
 /// Collects landmarks by the catalogue.
@@ -160,13 +164,11 @@ class Listing {
 };
 
 Result<HeadView> LookAtHead(const MeasuredSurface& body, const HeadGrid& grid) {
-  const auto face = FindFacePoints(body.surface(), grid);
-  if (!face) return Fail(face);
-  HeadView head{body, grid, *face, FindMidPlane(grid, face->pronasale.position)};
-  const Eigen::Vector3d& sellion = face->sellion.position;
-  head.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
-  head.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
-  head.scale = std::clamp((sellion.z() - face->pronasale.position.z()) / kUsualNose, 0.7, 1.3);
+  const auto found = FindFaceAndEars(body.surface(), grid);
+  if (!found) return Fail(found);
+  const FacePoints& face = found->face;
+  HeadView head{body, grid, face, found->plane, found->ear_right, found->ear_left};
+  head.scale = std::clamp((face.sellion.position.z() - face.pronasale.position.z()) / kUsualNose, 0.7, 1.3);
   return head;
 }
 

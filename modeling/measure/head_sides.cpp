@@ -130,12 +130,13 @@ Feature FindAlare(const HeadView& head, const FoundFeature& pronasale, BodySide 
 }
 
 Feature FindTemple(const HeadView& head, const FoundFeature& eye, BodySide side) {
-  const Vector3d corner = head.plane.forward() + head.Outward(side);
+  // 60 degrees from the mid-plane: at 45 the brow or the cheek may stand farther out than the socket's outer rim.
+  const Vector3d corner = 0.5 * head.plane.forward() + std::sqrt(0.75) * head.Outward(side);
   const VertexQuery query{.field = SurfaceField::Along(corner),
                           .freedom = VertexFreedom::kAcross,
                           .half_across = 10.0 * head.scale,
                           .half_up = 6.0 * head.scale};
-  const SidePatch patch{RadiansFromDegrees(15.0), RadiansFromDegrees(80.0), eye.z.value, eye.z.value};
+  const SidePatch patch{RadiansFromDegrees(20.0), RadiansFromDegrees(75.0), eye.z.value, eye.z.value};
   const auto start = LargestInside(head, query.field, patch, side);
   if (!start) return std::nullopt;
   const auto vertex = FindVertexAlong(head.surface(), {start->theta, {}}, eye.z, query);
@@ -155,16 +156,9 @@ FoundFeature FindTragion(const HeadView& head, const FoundFeature& orbitale, Bod
   constexpr double kBelowTop = 0.45;  // of the ear's height
   const std::optional<EarOutline>& ear = head.Ear(side);
   if (!ear) return ByProportion(head.plane.yaw + Turn(side) * RadiansFromDegrees(88.0), orbitale.z);
-  const Estimate z{ear->top_z - kBelowTop * (ear->top_z - ear->bottom_z), {}};
-  const double chord = AngleOf(head, 6.0 * head.scale, ear->front_theta, z.value);
-  const VertexQuery query{.field = SurfaceField::Along(head.Outward(side)).OverChord(chord, 0.0),
-                          .shape = VertexShape::kHollow,
-                          .freedom = VertexFreedom::kAcross,
-                          .half_across = 6.0 * head.scale,
-                          .half_up = 6.0 * head.scale};
-  const auto vertex = FindVertexAlong(head.surface(), {ear->front_theta, {}}, z, query);
-  if (vertex) return Detected(*vertex);
-  return {{ear->front_theta, {}}, z, 0.3, LandmarkSource::kDetected};
+  const double z = ear->top_z - kBelowTop * (ear->top_z - ear->bottom_z);
+  const double clear = ear->height / (ear->height + 8.0);
+  return {{ear->front_theta, {}}, {z, {}}, clear, LandmarkSource::kDetected};
 }
 
 Feature FindEuryon(const HeadView& head, BodySide side) {
@@ -199,22 +193,34 @@ Feature FindZygion(const HeadView& head, const FoundFeature& tragion, const Foun
     const auto vertex = FindVertex(head.surface(), *start, query);
     if (vertex && TurnOf(head, vertex->theta.value, side) < ear_front) return Detected(*vertex);
   }
+  // The cheek widens back to the ear: where it bulges up and down, 18 mm before the ear.
   const double before = AngleOf(head, 18.0 * head.scale, tragion.theta.value, tragion.z.value);
   const double theta = head.plane.yaw + Turn(side) * (ear_front - before);
+  VertexQuery line = query;
+  line.freedom = VertexFreedom::kUp;
+  const auto vertex = FindVertex(head.surface(), {theta, 0.5 * (patch.low + patch.high)}, line);
+  const bool is_near = vertex && vertex->z.value > patch.low && vertex->z.value < patch.high;
+  if (is_near) return FoundFeature{{theta, {}}, vertex->z, 0.5 * vertex->confidence, LandmarkSource::kProportion};
   return ByProportion(theta, Combine(0.5, orbitale.z, 0.5, tragion.z));
 }
 
 Feature FindGonion(const HeadView& head, const FoundFeature& tragion, const FoundFeature& menton, BodySide side) {
-  const Vector3d corner = head.Outward(side) - 0.8 * Vector3d::UnitZ() - 0.2 * head.plane.forward();
-  const VertexQuery query{.field = SurfaceField::Along(corner), .half_across = 9.0, .half_up = 7.0};
-  const double tragion_turn = TurnOf(head, tragion.theta.value, side);
-  const SidePatch patch{tragion_turn - RadiansFromDegrees(40.0), tragion_turn + RadiansFromDegrees(12.0),
-                        menton.z.value - 5.0 * head.scale, tragion.z.value - 25.0 * head.scale};
+  const VertexQuery query{.field = SurfaceField::Along(head.Outward(side)).OverChord(0.0, 20.0 * head.scale),
+                          .half_across = 12.0 * head.scale,
+                          .half_up = 9.0 * head.scale};
+  // Clear of the ear's lobe, which bulges more than the jaw.
+  const std::optional<EarOutline>& ear = head.Ear(side);
+  const double front = EarFrontTurn(head, side);
+  const double lobe = AngleOf(head, 6.0 * head.scale, tragion.theta.value, tragion.z.value);
+  const SidePatch patch{front - RadiansFromDegrees(25.0), front - lobe, menton.z.value - 2.0,
+                        ear ? ear->bottom_z - 4.0 * head.scale : tragion.z.value - 35.0 * head.scale};
   const auto start = LargestInside(head, query.field, patch, side);
-  if (!start) return std::nullopt;
-  const auto vertex = FindVertex(head.surface(), *start, query);
-  if (!vertex) return std::nullopt;
-  return Detected(*vertex);
+  const auto vertex = start ? FindVertex(head.surface(), *start, query) : std::optional<SurfaceVertex>();
+  if (!vertex || vertex->confidence < 0.5) return std::nullopt;
+  const double turn = TurnOf(head, vertex->theta.value, side);
+  const bool is_inside =
+      turn > patch.first_turn && turn < patch.last_turn && vertex->z.value > patch.low && vertex->z.value < patch.high;
+  return is_inside ? Feature(Detected(*vertex)) : std::nullopt;
 }
 
 }  // namespace annulus

@@ -12,11 +12,12 @@ namespace {
 
 constexpr double kBelowTip = 20.0;
 constexpr double kAboveTip = 100.0;
-constexpr double kRowStep = 4.0;
+constexpr double kRowStep = 5.0;
 constexpr double kReach = RadiansFromDegrees(110.0);
-constexpr double kColumnStep = RadiansFromDegrees(4.0);
+constexpr double kColumnStep = RadiansFromDegrees(6.0);
 constexpr double kCauchyScale = 2.0;  // mm
-constexpr int kIterations = 10;
+constexpr int kIterations = 12;
+constexpr double kConverged = 1e-3;  // of the longest step
 constexpr int kCutSteps = 8;
 
 MidPlane Moved(const MidPlane& plane, const Eigen::Vector3d& step) {
@@ -103,6 +104,7 @@ MidPlane FindMidPlane(const HeadGrid& grid, const Eigen::Vector3d& pronasale) {
     if (!step.allFinite()) break;
     const Eigen::Vector3d bound(RadiansFromDegrees(3.0), 5.0, 0.03);
     plane = Moved(plane, step.cwiseMax(-bound).cwiseMin(bound));
+    if ((step.array() / bound.array()).abs().maxCoeff() < kConverged) break;
   }
   plane.spread = MedianSize(Differences(grid, plane, points));
   return plane;
