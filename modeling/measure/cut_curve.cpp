@@ -17,6 +17,7 @@ constexpr double kLargestTurn = 0.15;   // rad, between nodes
 constexpr double kShortestStep = 1e-7;  // mm
 constexpr double kLongestStep = 2.0;    // mm
 constexpr double kLargestSag = 0.03;    // of a chord: how far a target may be beside it
+constexpr double kNearestNodes = 0.01;  // mm
 constexpr std::size_t kMostNodes = 200'000;
 
 /// The plane's height over the surface at one place: g(theta, z) = n · P(theta, z) - d.
@@ -121,6 +122,18 @@ std::optional<double> Meets(const CutNode& from, const CutNode& to, const Surfac
   const double high = 0.2 * std::abs(to.z - from.z) + 2.0 * std::abs(from.across_z) * length;
   if (std::abs(theta) > wide + 1e-9 || std::abs(z) > high + 1e-7) return std::nullopt;
   return u;
+}
+
+/// Without inner nodes that all but coincide with their neighbours: a direction between them would be noise.
+std::vector<CutNode> Thinned(const std::vector<CutNode>& nodes) {
+  std::vector<CutNode> kept{nodes.front()};
+  for (std::size_t k = 1; k + 1 < nodes.size(); ++k) {
+    const Eigen::Vector3d& p = nodes[k].position;
+    const bool apart = (p - kept.back().position).norm() > kNearestNodes;
+    if (apart && (p - nodes.back().position).norm() > kNearestNodes) kept.push_back(nodes[k]);
+  }
+  kept.push_back(nodes.back());
+  return kept;
 }
 
 }  // namespace
@@ -272,6 +285,7 @@ CutWalk CutCurve::Walk(const SurfacePlace& start, CutDirection direction, std::s
       const auto last = NodeAt(from.theta + AngleDifference(goal.theta, from.theta), goal.z, sign);
       if (!last) return walk;
       Append(walk.nodes, *last, sign);
+      walk.nodes = Thinned(walk.nodes);
       walk.end = walk.target < targets.size() ? CutEnd::kTarget : CutEnd::kBackAtStart;
       return walk;
     }

@@ -60,8 +60,9 @@ struct CutWalk {
 };
 
 /// The curve in which a plane cuts the spline surface (paper 001, §3.1 (1)), followed on the spline itself: every node
-/// is on both to 1e-9 mm. Nodes lie on all knot lines that are crossed, so that the curve is smooth between them, at
-/// most 2 mm, half a knot interval and 0.15 rad of turning apart. Borrows the surface. Reentrant.
+/// is on both to 1e-9 mm. Nodes lie on all knot lines that are crossed (or within 0.01 mm), so that the curve is smooth
+/// between them, at least 0.01 and at most 2 mm, half a knot interval and 0.15 rad of turning apart. Borrows the
+/// surface. Reentrant.
 class CutCurve {
  public:
   CutCurve(const SplineSurface& surface, const CuttingPlane& plane) : surface_(&surface), plane_(plane) {}

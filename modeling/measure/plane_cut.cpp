@@ -12,6 +12,7 @@
 #include "modeling/measure/gauss.h"
 #include "modeling/measure/number_text.h"
 #include "modeling/measure/paper_lattice.h"
+#include "modeling/measure/unresolved_length.h"
 #include "modeling/mesh/convex_hull_2d.h"
 
 namespace annulus {
@@ -38,8 +39,11 @@ Result<SurfaceDistance> MeasurePath(const MeasuredSurface& body, const CutPath& 
   distance.path = AsPath(body.surface(), path);
   distance.knowledge = KnowledgeAlong(body, distance.path, PathEnds::kOpen);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
-  distance.length = ClickedLength(body.surface(), path.clicked, distance.path);
-  distance.length.value = path.curve.Length(path.nodes);
+  std::vector<PathPoint> in_plane;
+  for (const CutNode& node : path.nodes) in_plane.push_back(path.curve.InPlane({node.theta, node.z}));
+  Estimate length = ClickedLength(body.surface(), path.clicked, distance.path);
+  length.value = path.curve.Length(path.nodes);
+  distance.length = WithUnresolved(length, UnresolvedLength(body, in_plane, PathEnds::kOpen));
   return distance;
 }
 
@@ -169,6 +173,34 @@ Tape TapeAround(const SplineSurface& surface, const CutCurve& curve, std::span<c
   return tape;
 }
 
+/// How much longer the tape is on average around the surfaces that the returns allow than around their mean: over the
+/// body's deviations and their mirror images, like UnresolvedHullLength.
+double UnresolvedTape(const MeasuredSurface& body, const FlatFrame& frame, const std::vector<PathPoint>& loop) {
+  const std::vector<Eigen::VectorXd>& deviations = body.Deviations();
+  if (deviations.empty()) return 0.0;
+  std::vector<RadiusRow> rows;
+  std::vector<Eigen::Vector2d> fitted;
+  for (const PathPoint& point : loop) {
+    rows.push_back(body.surface().Row(point.place.theta, point.place.z));
+    fitted.push_back(frame.Flat(point.position));
+  }
+  double sum = 0.0;
+  std::vector<Eigen::Vector2d> moved(loop.size());
+  for (const Eigen::VectorXd& deviation : deviations) {
+    for (const double mirror : {-1.0, 1.0}) {
+      for (std::size_t k = 0; k < loop.size(); ++k) {
+        double by = 0.0;
+        for (std::size_t i = 0; i < rows[k].index.size(); ++i) {
+          by += rows[k].value[i] * deviation[static_cast<Eigen::Index>(rows[k].index[i])];
+        }
+        moved[k] = fitted[k] + mirror * by * frame.Flat(loop[k].by_radius);
+      }
+      sum += ConvexHullPerimeter(moved);
+    }
+  }
+  return sum / (2.0 * static_cast<double>(deviations.size())) - ConvexHullPerimeter(fitted);
+}
+
 Estimate AreaWithin(const SplineSurface& surface, const CutCurve& curve, std::span<const CutNode> nodes) {
   const FlatFrame frame(curve.plane());
   const Eigen::Vector2d centre = frame.Flat(nodes.front().position);
@@ -229,10 +261,11 @@ Result<TiltedGirth> GirthInPlane(const MeasuredSurface& body, const CuttingPlane
   }
   girth.knowledge = KnowledgeAlong(body, girth.loop, PathEnds::kClosed);
   RETURN_IF_ERROR(CheckKnown(girth.knowledge, attempted));
-  girth.perimeter = PolygonLength(surface, girth.loop, PathEnds::kClosed);
-  girth.perimeter.value = curve.Length(walk->nodes);
+  Estimate perimeter = PolygonLength(surface, girth.loop, PathEnds::kClosed);
+  perimeter.value = curve.Length(walk->nodes);
+  girth.perimeter = WithUnresolved(perimeter, UnresolvedLength(body, girth.loop, PathEnds::kClosed));
   Tape tape = TapeAround(surface, curve, walk->nodes, girth.loop);
-  girth.tape = std::move(tape.length);
+  girth.tape = WithUnresolved(tape.length, UnresolvedTape(body, FlatFrame(plane), girth.loop));
   girth.tape_path = std::move(tape.corners);
   girth.area = AreaWithin(surface, curve, walk->nodes);
   return girth;

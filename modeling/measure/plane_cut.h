@@ -18,8 +18,9 @@ enum class CutMethod {
 
 /// Distance from one place to another over the surface along the plane through both and `via` (paper 001, §3.3 (1)):
 /// the way that passes `via`. The gradient counts the surface's movement along the way and the plane's, which follows
-/// the three places. Fails for places that coincide, lie on one line or outside the scanned range; if the cut leaves
-/// the range, closes without passing all three places, or crosses what was not seen.
+/// the three places. On the spline, what is unresolved (UnresolvedLength) is added. Fails for places that coincide, lie
+/// on one line or outside the scanned range; if the cut leaves the range, closes without passing all three places, or
+/// crosses what was not seen.
 [[nodiscard]] Result<SurfaceDistance> DistanceByPlane(const MeasuredSurface& body, const SurfacePlace& from,
                                                       const SurfacePlace& via, const SurfacePlace& to,
                                                       CutMethod method);
@@ -31,7 +32,8 @@ enum class CutMethod {
                                                      const SurfacePlace& to, const Eigen::Vector3d& view,
                                                      CutMethod method);
 
-/// The loop in which a plane of any tilt cuts the body, to first order in the surface; the plane is at rest.
+/// The loop in which a plane of any tilt cuts the body, to first order in the surface; the plane is at rest. Lengths
+/// hold what is unresolved, as those of SectionAt do.
 struct TiltedGirth {
   Estimate perimeter;                ///< mm; length of the loop.
   Estimate tape;                     ///< mm; length of its convex hull in the plane: what a tape reads.
