@@ -20,6 +20,7 @@ namespace annulus {
 namespace {
 
 using Eigen::Vector3d;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
@@ -223,6 +224,24 @@ TEST(HeadLandmarks, WithoutEarsArePlacedByProportionAndSaySo) {
   // A cut-off cylinder shows no crown.
   EXPECT_EQ(found.Find("vertex"), nullptr);
   EXPECT_FALSE(found.omitted.empty());
+}
+
+TEST(HeadLandmarks, AreLeftOutWhereTheScanEndsOrSawNothing) {
+  const sim::ParametricBody head = sim::MakeHead({});
+  const Landmarks upper = Find(Seen(head, 180.0, 2.0));  // ends between nose and mouth
+  ASSERT_NE(upper.Find("pronasale"), nullptr);
+  EXPECT_EQ(upper.Find("menton"), nullptr);
+  EXPECT_THAT(upper.omitted, Contains(HasSubstr("Menton")));
+  // The back of the head was not seen.
+  SurfaceModel model = Seen(head, 290.0, 2.0);
+  KnowledgeMap& known = model.segments[0].knowledge;
+  for (std::size_t row = 0; row < known.rows(); ++row) {
+    for (std::size_t column = 25; column <= 29; ++column) known.SetCell(column, row, Knowledge::kUnknown);
+  }
+  const Landmarks front = Find(model);
+  ASSERT_NE(front.Find("pronasale"), nullptr);
+  EXPECT_EQ(front.Find("opisthocranion"), nullptr);
+  EXPECT_THAT(front.omitted, Contains(HasSubstr("Opisthocranion: its place was not seen")));
 }
 
 TEST(HeadLandmarks, OfABodyWithoutAHeadAreOneSentence) {
