@@ -39,21 +39,18 @@ class Signs {
   std::uint64_t state_;
 };
 
-/// sd of independent errors of the coefficients that stand for detail, mm, by z-spline. Detail has a size on the skin:
-/// where the body is thinner than it is on average, directions lie closer together and have more of it in common.
-std::vector<double> DetailByHeight(const SurfaceSegment& segment) {
-  const SplineSurface& surface = segment.surface;
+/// By z-spline: how much of a deviation counts, 0 … 1. What the returns leave open, and detail that the surface does
+/// not follow, have a size on the skin; fit and detail are uniform over the angles. Where the body is thinner than it
+/// is on average (neck, crown), directions lie closer together, and neighbours have more in common by that.
+std::vector<double> ShareByHeight(const SplineSurface& surface) {
   const auto width = static_cast<Eigen::Index>(surface.theta_basis().count());
   const auto rows = static_cast<Eigen::Index>(surface.z_basis().count());
   const Eigen::VectorXd radii =
       Eigen::Map<const Eigen::MatrixXd>(surface.coefficients().data(), width, rows).colwise().mean();
   const double mean = radii.mean();
-  std::vector<double> sds;
-  for (const double radius : radii) {
-    const double share = mean > 0.0 ? std::clamp(radius / mean, 0.0, 1.0) : 1.0;
-    sds.push_back(share * segment.detail_sigma / std::sqrt(kSquaresOfSplines));
-  }
-  return sds;
+  std::vector<double> shares;
+  for (const double radius : radii) shares.push_back(mean > 0.0 ? std::clamp(radius / mean, 0.0, 1.0) : 1.0);
+  return shares;
 }
 
 }  // namespace
@@ -75,17 +72,15 @@ std::vector<Eigen::VectorXd> MeasuredSurface::DrawDeviations() const {
   std::vector<Eigen::VectorXd> all;
   if (covariance_ == nullptr) return all;
   const auto width = static_cast<Eigen::Index>(surface().theta_basis().count());
-  const std::vector<double> detail = DetailByHeight(*segment_);
+  const std::vector<double> shares = ShareByHeight(surface());
+  const double detail = segment_->detail_sigma / std::sqrt(kSquaresOfSplines);
   Signs signs(kDeviationSeed);
   for (std::size_t k = 0; k < kDeviations; ++k) {
     Eigen::VectorXd deviation = covariance_->Deviation(signs.Next(segment_->normal_matrix.cols()));
     if (segment_->hierarchy != nullptr) deviation = segment_->hierarchy->Surface(deviation).coefficients();
-    if (segment_->detail_sigma > 0.0) {
-      const Eigen::VectorXd noise = signs.Next(deviation.size());
-      for (std::size_t j = 0; j < detail.size(); ++j) {
-        const auto first = static_cast<Eigen::Index>(j) * width;
-        deviation.segment(first, width) += detail[j] * noise.segment(first, width);
-      }
+    if (detail > 0.0) deviation += detail * signs.Next(deviation.size());
+    for (std::size_t j = 0; j < shares.size(); ++j) {
+      deviation.segment(static_cast<Eigen::Index>(j) * width, width) *= shares[j];
     }
     all.push_back(std::move(deviation));
   }
