@@ -1,6 +1,7 @@
 #include "modeling/measure/geodesic.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "modeling/measure/string_length.h"
 #include "modeling/measure/string_start.h"
@@ -24,8 +25,8 @@ Result<SurfaceDistance> GeodesicDistance(const MeasuredSurface& body, const Surf
   const SurfacePlace& first = backwards ? to : from;
   const SurfacePlace& last = backwards ? from : to;
   const StringRules rules{StringSide::kOnSurface, PathEnds::kOpen, surface.z_min(), surface.z_max()};
-  TautString string = ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface));
-  Finish(surface, kEdge, kDepths, string);
+  TautString coarse = ShortestString(surface, rules, ShortRoutes(surface, first, last, RouteSkin::kSurface));
+  const TautString string = Finished(surface, kEdge, kDepths, std::move(coarse));
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());

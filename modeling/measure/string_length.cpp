@@ -221,7 +221,7 @@ SurfaceDistance MeasureString(const MeasuredSurface& body, const TautString& str
     sum.AddSurfacePiece(from.place, piece);
     // So close that the polygon through the path's points stays within kPathDepth.
     const double parts = std::min(kMostParts, std::ceil(std::sqrt(DepthOfEdge(surface, string, k) / kPathDepth)));
-    for (double part = 1.0; part < parts; part += 1.0) {
+    for (int part = 1; part < static_cast<int>(parts); ++part) {
       const Eigen::Vector2d at = piece.At(part / parts);
       const double z = std::clamp(from.place.z + at.y(), string.rules().z_min, string.rules().z_max);
       path.push_back(RadialPoint(surface, {WrapAngle(from.place.theta + at.x()), z}));

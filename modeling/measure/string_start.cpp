@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "base/frames.h"
 #include "modeling/measure/number_text.h"
@@ -85,7 +86,8 @@ TautString StringAlong(const SplineSurface& surface, const StringRules& rules,
   return {surface, rules, std::move(vertices)};
 }
 
-void Refine(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort, TautString& string) {
+TautString Refined(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort,
+                   TautString string) {
   for (int round = 0; round < kRounds && string.edge_count() < kMostEdges; ++round) {
     std::vector<std::size_t> parts;
     for (std::size_t k = 0; k < string.edge_count(); ++k) {
@@ -95,10 +97,11 @@ void Refine(const SplineSurface& surface, const EdgeDepths& depths, const Tighte
       parts.push_back(depth <= limit ? 1
                                      : std::min(kMostParts, 1 + static_cast<std::size_t>(std::sqrt(depth / limit))));
     }
-    if (std::all_of(parts.begin(), parts.end(), [](std::size_t part) { return part == 1; })) return;
+    if (std::all_of(parts.begin(), parts.end(), [](std::size_t part) { return part == 1; })) break;
     string.Split(parts);
     string.Tighten(effort);
   }
+  return string;
 }
 
 TautString ShortestString(const SplineSurface& surface, const StringRules& rules,
@@ -111,7 +114,7 @@ TautString ShortestString(const SplineSurface& surface, const StringRules& rules
     TautString string = StringAlong(surface, rules, route, std::clamp(edges, kFewestCoarse, kMostCoarse));
     string.Tighten(kCoarseEffort);
     if (best && string.Length() > kHopeless * best->Length()) continue;
-    Refine(surface, kCoarseDepths, kCoarseEffort, string);
+    string = Refined(surface, kCoarseDepths, kCoarseEffort, std::move(string));
     if (!best || string.Length() < best->Length()) best = std::move(string);
   }
   return std::move(*best);
@@ -122,16 +125,15 @@ TautString LetGo(const SplineSurface& surface, const TautString& string) {
   rules.side = StringSide::kOutside;
   TautString outside(surface, rules, string.vertices());
   outside.Tighten(kCoarseEffort);
-  Refine(surface, kCoarseDepths, kCoarseEffort, outside);
-  return outside;
+  return Refined(surface, kCoarseDepths, kCoarseEffort, std::move(outside));
 }
 
-void Finish(const SplineSurface& surface, double edge, const EdgeDepths& depths, TautString& string) {
+TautString Finished(const SplineSurface& surface, double edge, const EdgeDepths& depths, TautString string) {
   while (string.edge_count() < kMostEdges / 2 && string.Length() > edge * static_cast<double>(string.edge_count())) {
     string.Split(std::vector<std::size_t>(string.edge_count(), 2));
     string.Tighten(kFineEffort);
   }
-  Refine(surface, depths, kFineEffort, string);
+  return Refined(surface, depths, kFineEffort, std::move(string));
 }
 
 }  // namespace annulus

@@ -35,8 +35,9 @@ struct EdgeDepths {
   double straight = 0.0;
 };
 
-/// Divides the edges that are deeper and pulls the string taut again, until none is (at most some rounds).
-void Refine(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort, TautString& string);
+/// The string with the edges divided that are deeper, and taut again, until none is (at most some rounds).
+[[nodiscard]] TautString Refined(const SplineSurface& surface, const EdgeDepths& depths, const TightenEffort& effort,
+                                 TautString string);
 
 /// The effort of a final result: a string on a smooth surface is then exact to 1e-9.
 inline constexpr TightenEffort kFineEffort{6, 1e-9};
@@ -48,7 +49,8 @@ inline constexpr TightenEffort kFineEffort{6, 1e-9};
 /// A coarse string on the surface let go outward: never longer than it was.
 [[nodiscard]] TautString LetGo(const SplineSurface& surface, const TautString& string);
 
-/// Divides a coarse string until its edges are `edge` mm long and not too deep, taut all the while.
-void Finish(const SplineSurface& surface, double edge, const EdgeDepths& depths, TautString& string);
+/// A coarse string with its edges divided until they are `edge` mm long and not too deep, taut all the while.
+[[nodiscard]] TautString Finished(const SplineSurface& surface, double edge, const EdgeDepths& depths,
+                                  TautString string);
 
 }  // namespace annulus

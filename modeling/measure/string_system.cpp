@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <utility>
 
 #include "base/ensure.h"
 
@@ -47,17 +48,16 @@ ChainSystem Restricted(const ChainSystem& system, const std::vector<BoundsOfBloc
   return restricted;
 }
 
-/// Fixes what is beyond a bound and, if asked, frees what is drawn inwards. Whether anything changed.
+/// Whether numbers may be set free.
 enum class Release { kAllowed, kForbidden };
-bool Update(const ChainSystem& system, const std::vector<Eigen::Vector3d>& c, Release release,
-            std::vector<BoundsOfBlock>& bounds) {
+/// `bounds` with what is beyond a bound fixed and, if allowed, what is drawn inwards free.
+std::vector<BoundsOfBlock> Updated(const ChainSystem& system, const std::vector<Eigen::Vector3d>& c, Release release,
+                                   std::vector<BoundsOfBlock> bounds) {
   const std::vector<Eigen::Vector3d> product = Apply(system, c);
-  bool changed = false;
   for (std::size_t k = 0; k < c.size(); ++k) {
     for (std::size_t i = 0; i < 3; ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       Bound& bound = bounds[k][i];
-      const Bound before = bound;
       if (bound == Bound::kFree) {
         if (c[k][at] < system.low[k][at]) bound = Bound::kLow;
         if (c[k][at] > system.high[k][at]) bound = Bound::kHigh;
@@ -65,10 +65,9 @@ bool Update(const ChainSystem& system, const std::vector<Eigen::Vector3d>& c, Re
         const double force = product[k][at] - system.right[k][at];  // of the bound on the number
         if (bound == Bound::kLow ? force < 0.0 : force > 0.0) bound = Bound::kFree;
       }
-      changed = changed || bound != before;
     }
   }
-  return changed;
+  return bounds;
 }
 
 }  // namespace
@@ -142,7 +141,10 @@ std::optional<std::vector<Eigen::Vector3d>> MinimiseChain(const ChainSystem& sys
   for (int round = 0; round < kRounds; ++round) {
     c = SolveChain(Restricted(system, bounds));
     if (!c) return std::nullopt;
-    if (!Update(system, *c, round < kFreeRounds ? Release::kAllowed : Release::kForbidden, bounds)) break;
+    std::vector<BoundsOfBlock> updated =
+        Updated(system, *c, round < kFreeRounds ? Release::kAllowed : Release::kForbidden, bounds);
+    if (updated == bounds) break;
+    bounds = std::move(updated);
   }
   for (std::size_t k = 0; k < count; ++k) (*c)[k] = (*c)[k].cwiseMax(system.low[k]).cwiseMin(system.high[k]);
   return c;

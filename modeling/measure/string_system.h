@@ -20,8 +20,8 @@ struct ChainSystem {
 /// H·c.
 [[nodiscard]] std::vector<Eigen::Vector3d> Apply(const ChainSystem& system, const std::vector<Eigen::Vector3d>& c);
 
-/// The solution of H·c = b without bounds, by elimination of blocks in O(blocks). Nothing if H is not positive definite.
-/// Requires >= 3 blocks.
+/// The solution of H·c = b without bounds, by elimination of blocks in O(blocks). Nothing if H is not positive
+/// definite. Requires >= 3 blocks.
 [[nodiscard]] std::optional<std::vector<Eigen::Vector3d>> SolveChain(const ChainSystem& system);
 
 /// The minimum within the bounds by the primal-dual active set method (Hintermüller, Ito, Kunisch 2002): numbers

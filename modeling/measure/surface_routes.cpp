@@ -217,8 +217,8 @@ std::vector<Polyline> ShortRoutes(const SplineSurface& surface, const SurfacePla
   const Polyline straight = StraightLine(surface, from, to, turn);
   const Polyline other = StraightLine(surface, from, to, turn > 0.0 ? turn - kTwoPi : turn + kTwoPi);
   const double longest = std::min(LengthOf(straight), LengthOf(other));
-  const Eigen::Vector3d start = straight.front();
-  const Eigen::Vector3d end = straight.back();
+  const Eigen::Vector3d& start = straight.front();
+  const Eigen::Vector3d& end = straight.back();
   const RouteGrid grid(surface, from, to, 1.2 * longest, skin);
   const std::size_t first = grid.NodeAt(from);
   const std::size_t last = grid.NodeAt(to);

@@ -18,7 +18,7 @@ namespace {
 constexpr double kConverged = 1e-14;
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLastDamping = 1e8;
-constexpr double kShortestFactor = 1.0 / 8.0;
+constexpr int kMostHalvings = 3;
 constexpr double kFailed = -1.0;  ///< No gain could be had.
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
@@ -71,6 +71,16 @@ StringVertex Landed(const SplineSurface& surface, const StringVertex& from) {
 }
 
 }  // namespace
+
+/// What one vertex brings to System.
+struct TautString::VertexModel {
+  Eigen::Matrix3d move = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d bend = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d diagonal = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();
+  Eigen::Vector3d high = Eigen::Vector3d::Zero();
+};
 
 /// The energy to second order in three numbers per vertex: those of (theta, z, rho - r) for a vertex on the surface,
 /// those of the same in the plane that touches the level of rho - r for one off it.
@@ -125,32 +135,34 @@ Eigen::Vector3d TautString::Pull(std::size_t k) const {
          (vertices_[Next(k)].position - vertices_[k].position) / vertices_[k].share;
 }
 
-void TautString::LineariseVertex(std::size_t k, System& system) const {
+TautString::VertexModel TautString::LineariseVertex(std::size_t k) const {
+  VertexModel model;
   const StringVertex& vertex = vertices_[k];
   const Eigen::Vector3d pull = Pull(k);
   const RadiusJet jet = surface_->Jet(vertex.place.theta, vertex.place.z);
   const Eigen::Vector3d e_r = Outward(vertex.place.theta);
   const Eigen::Vector3d e_t = Sideways(vertex.place.theta);
   const double rho = vertex.touches ? jet.r : vertex.position.dot(e_r);
-  Eigen::Matrix3d& move = system.moves[k];
+  Eigen::Matrix3d& move = model.move;
   move.col(0) = jet.r_theta * e_r + rho * e_t;
   move.col(1) = jet.r_z * e_r + Eigen::Vector3d::UnitZ();
   move.col(2) = e_r;
   const std::size_t before = k > 0 ? k - 1 : vertices_.size() - 1;
   const double stiffness = 1.0 / vertices_[before].share + 1.0 / vertex.share;
-  system.chain.diagonal[k] = stiffness * (move.transpose() * move);
+  model.diagonal = stiffness * (move.transpose() * move);
   if (vertex.touches) {  // the pull times the second derivatives of r(theta, z)·e_r + z·e_z + number·e_r
     const double around = pull.dot((jet.r_theta_theta - jet.r) * e_r + 2.0 * jet.r_theta * e_t);
     const double mixed = pull.dot(jet.r_theta_z * e_r + jet.r_z * e_t);
     const double sideways = pull.dot(e_t);
-    system.bends[k] << around, mixed, sideways, mixed, pull.dot(jet.r_z_z * e_r), 0.0, sideways, 0.0, 0.0;
+    model.bend << around, mixed, sideways, mixed, pull.dot(jet.r_z_z * e_r), 0.0, sideways, 0.0, 0.0;
   }
-  system.chain.right[k] = -(move.transpose() * pull);
+  model.right = -(move.transpose() * pull);
   const bool held = vertex.hold == VertexHold::kHeld;
   const double outside = vertex.touches ? 0.0 : std::max(0.0, rho - jet.r);
-  system.chain.low[k] = {held ? 0.0 : -kUnbounded, held ? 0.0 : rules_.z_min - vertex.place.z, -outside};
-  system.chain.high[k] = {held ? 0.0 : kUnbounded, held ? 0.0 : rules_.z_max - vertex.place.z,
-                          rules_.side == StringSide::kOnSurface ? 0.0 : kUnbounded};
+  model.low = {held ? 0.0 : -kUnbounded, held ? 0.0 : rules_.z_min - vertex.place.z, -outside};
+  model.high = {held ? 0.0 : kUnbounded, held ? 0.0 : rules_.z_max - vertex.place.z,
+                rules_.side == StringSide::kOnSurface ? 0.0 : kUnbounded};
+  return model;
 }
 
 TautString::System TautString::Linearise() const {
@@ -163,7 +175,14 @@ TautString::System TautString::Linearise() const {
   system.chain.low = system.chain.right;
   system.chain.high = system.chain.right;
   for (std::size_t k = 0; k < count; ++k) {
-    if (vertices_[k].hold != VertexHold::kFixed) LineariseVertex(k, system);
+    if (vertices_[k].hold == VertexHold::kFixed) continue;
+    const VertexModel model = LineariseVertex(k);
+    system.moves[k] = model.move;
+    system.bends[k] = model.bend;
+    system.chain.diagonal[k] = model.diagonal;
+    system.chain.right[k] = model.right;
+    system.chain.low[k] = model.low;
+    system.chain.high[k] = model.high;
   }
   for (std::size_t k = 0; k + 1 < count; ++k) {
     system.chain.next.emplace_back(-(system.moves[k].transpose() * system.moves[k + 1]) / vertices_[k].share);
@@ -214,7 +233,8 @@ double TautString::Step(const System& system, const ChainSystem& model, double e
   for (std::size_t k = 0; k < product.size(); ++k) gain += (*step)[k].dot(model.right[k] - 0.5 * product[k]);
   if (gain < 0.0) return kFailed;
   if (gain <= kConverged * energy) return 0.0;
-  for (double factor = 1.0; factor >= kShortestFactor; factor *= 0.5) {
+  for (int halvings = 0; halvings <= kMostHalvings; ++halvings) {
+    const double factor = std::ldexp(1.0, -halvings);
     std::vector<StringVertex> moved = Moved(system, *step, factor);
     const double moved_energy = Energy(moved);
     if (!(moved_energy < energy - 0.01 * factor * gain)) continue;

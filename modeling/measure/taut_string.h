@@ -75,13 +75,14 @@ class TautString {
 
  private:
   struct System;
+  struct VertexModel;
 
   [[nodiscard]] std::size_t Next(std::size_t k) const { return k + 1 < vertices_.size() ? k + 1 : 0; }
   [[nodiscard]] double Energy(const std::vector<StringVertex>& vertices) const;
   /// ∂energy/∂P_k.
   [[nodiscard]] Eigen::Vector3d Pull(std::size_t k) const;
   [[nodiscard]] System Linearise() const;
-  void LineariseVertex(std::size_t k, System& system) const;
+  [[nodiscard]] VertexModel LineariseVertex(std::size_t k) const;
   /// Moves towards the minimum of a model of the energy. The energy gained; 0 where no gain is left; negative where the
   /// model does not serve.
   double Step(const System& system, const ChainSystem& model, double energy);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/frames.h"
 #include "modeling/measure/number_text.h"
@@ -76,8 +77,7 @@ Result<SurfaceDistance> TautTape(const MeasuredSurface& body, const SurfacePlace
   const bool backwards = ComesBefore(to, from);
   const SurfacePlace& first = backwards ? to : from;
   const SurfacePlace& last = backwards ? from : to;
-  TautString string = ShortestTape(surface, first, last);
-  Finish(surface, kEdge, kDepths, string);
+  const TautString string = Finished(surface, kEdge, kDepths, ShortestTape(surface, first, last));
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   if (backwards) std::reverse(distance.path.begin(), distance.path.end());
@@ -96,10 +96,10 @@ Result<SurfaceDistance> TautLoop(const MeasuredSurface& body, double z) {
       return Fail(attempted, "the surface reaches the ring's axis there", "choose another height");
     }
   }
-  TautString string = HullString(surface, rules, z);
-  string.Tighten(kFineEffort);
-  string.ShareByLength();
-  Finish(surface, kEdge, kDepths, string);
+  TautString start = HullString(surface, rules, z);
+  start.Tighten(kFineEffort);
+  start.ShareByLength();
+  const TautString string = Finished(surface, kEdge, kDepths, std::move(start));
   SurfaceDistance distance = MeasureString(body, string);
   RETURN_IF_ERROR(CheckKnown(distance.knowledge, attempted));
   return distance;

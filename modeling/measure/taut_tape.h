@@ -4,7 +4,7 @@
 
 namespace annulus {
 
-/// A tape reads what its edges allow: no point of it is deeper inside the body than this, mm.
+/// No point of a tape's path is deeper inside the body than this, mm, but beside walls where the work is limited.
 inline constexpr double kTapeDepth = 1e-3;
 /// A loop may leave its level by this much, mm.
 inline constexpr double kLoopBand = 10.0;
