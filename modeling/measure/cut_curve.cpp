@@ -86,18 +86,25 @@ const std::vector<QuadratureNode>& UnitGauss() {
   return kNodes;
 }
 
-/// Where along the piece one of its coordinates takes `value` between its ends: safeguarded Newton.
+/// A coordinate along a piece, and its derivative.
+struct Along {
+  double value = 0.0;
+  double by_t = 0.0;
+};
+
+/// Where along a piece (t = 0 … 1) one of its coordinates, `from` at 0 and `to` at 1, takes `value` between them:
+/// safeguarded Newton.
 template <class Evaluate>
-double FindAlong(double value, const Evaluate& at) {
+double FindAlong(double from, double to, double value, const Evaluate& at) {
   double low = 0.0;
   double high = 1.0;
-  double t = 0.5;
-  const bool rises = at(1.0).first > at(0.0).first;
-  for (int k = 0; k < 60 && high - low > 1e-15; ++k) {
-    const auto [x, slope] = at(t);
-    const double miss = x - value;
-    ((miss > 0.0) == rises ? high : low) = t;
-    const double next = slope != 0.0 ? t - miss / slope : low;
+  double t = (value - from) / (to - from);
+  for (int k = 0; k < 60; ++k) {
+    const Along x = at(t);
+    const double miss = x.value - value;
+    if (std::abs(miss) <= 1e-13 * (std::abs(value) + 1.0)) break;
+    ((miss > 0.0) == (to > from) ? high : low) = t;
+    const double next = x.by_t != 0.0 ? t - miss / x.by_t : low;
     const double step = next > low && next < high ? next : 0.5 * (low + high);
     if (std::abs(step - t) < 1e-15) break;
     t = step;
@@ -162,8 +169,8 @@ std::optional<CutNode> CutCurve::NodeAt(double theta, double z, double sign) con
 double CutCurve::LongestStep(const CutNode& node) const {
   const std::vector<double>& breaks = surface_->z_basis().breakpoints();
   const std::size_t j = surface_->z_basis().Interval(node.z);
-  const double by_theta = 0.5 * surface_->theta_basis().spacing() / std::max(std::abs(node.along_theta), 1e-12);
-  const double by_z = 0.5 * (breaks[j + 1] - breaks[j]) / std::max(std::abs(node.along_z), 1e-12);
+  const double by_theta = surface_->theta_basis().spacing() / std::max(std::abs(node.along_theta), 1e-12);
+  const double by_z = (breaks[j + 1] - breaks[j]) / std::max(std::abs(node.along_z), 1e-12);
   return std::min({by_theta, by_z, kLongestStep});
 }
 
@@ -228,16 +235,16 @@ void CutCurve::Append(std::vector<CutNode>& nodes, const CutNode& to, double sig
   const CutNode from = nodes.back();
   std::vector<std::pair<double, SurfacePlace>> crossings;
   for (const double theta : LinesBetween(from.theta, to.theta, surface_->theta_basis().spacing())) {
-    const double t = FindAlong(theta, [&](double at) {
+    const double t = FindAlong(from.theta, to.theta, theta, [&](double at) {
       const CutSample s = Between(from, to, at);
-      return std::pair(s.theta, s.theta_by_t);
+      return Along{s.theta, s.theta_by_t};
     });
     crossings.push_back({t, {theta, Between(from, to, t).z}});
   }
   for (const double z : LinesBetween(from.z, to.z, surface_->z_basis().breakpoints())) {
-    const double t = FindAlong(z, [&](double at) {
+    const double t = FindAlong(from.z, to.z, z, [&](double at) {
       const CutSample s = Between(from, to, at);
-      return std::pair(s.z, s.z_by_t);
+      return Along{s.z, s.z_by_t};
     });
     crossings.push_back({t, {Between(from, to, t).theta, z}});
   }

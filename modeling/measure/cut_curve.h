@@ -61,7 +61,7 @@ struct CutWalk {
 
 /// The curve in which a plane cuts the spline surface (paper 001, §3.1 (1)), followed on the spline itself: every node
 /// is on both to 1e-9 mm. Nodes lie on all knot lines that are crossed (or within 0.01 mm), so that the curve is smooth
-/// between them, at least 0.01 and at most 2 mm, half a knot interval and 0.15 rad of turning apart. Borrows the
+/// between them, at least 0.01 and at most 2 mm, a knot interval and 0.15 rad of turning apart. Borrows the
 /// surface. Reentrant.
 class CutCurve {
  public:
@@ -86,7 +86,7 @@ class CutCurve {
   [[nodiscard]] std::optional<CutNode> NodeAt(double theta, double z, double sign) const;
   /// One step of about `length` mm; nothing if it was too long for a smooth piece.
   [[nodiscard]] std::optional<CutNode> Step(const CutNode& from, double length, double sign) const;
-  /// The longest step that stays within half a knot interval.
+  /// The longest step that stays within a knot interval.
   [[nodiscard]] double LongestStep(const CutNode& node) const;
   /// Appends `to` and, before it, nodes on the knot lines that the piece crosses.
   void Append(std::vector<CutNode>& nodes, const CutNode& to, double sign) const;

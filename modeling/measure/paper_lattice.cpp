@@ -229,7 +229,8 @@ void AddEnds(const SplineSurface& surface, const SurfacePlace& from, const Surfa
 }
 
 tl::unexpected<Error> TooCoarse(const Click& a, const Click& b) {
-  return Fail("follow the cut over the meshes of the lattice", a.name + " and " + b.name + " lie in one mesh",
+  return Fail("follow the cut over the meshes of the lattice",
+              a.name + " and " + b.name + " lie in one mesh or beside each other",
               "choose points further apart, or the spline's own surface");
 }
 
@@ -289,6 +290,13 @@ Result<LatticePath> LatticeCut(const MeasuredSurface& body, LatticeSize size, co
   const auto at_to = StepAt(tracer, chain, to, clicked->corner(1));
   if (!at_to) return Fail(at_to);
   if (*at_from == *at_to) return TooCoarse(from, to);
+  // Nearer than this, the meshes do not tell on which side of a point the third one lies.
+  const auto beside_start = [&](long step) {
+    const long around = chain.closed ? static_cast<long>(chain.steps.size()) - std::abs(step) : std::abs(step);
+    return std::min(std::abs(step), around) <= 1;
+  };
+  if (beside_start(*at_from)) return TooCoarse(from, via);
+  if (beside_start(*at_to)) return TooCoarse(via, to);
   // The start is step 0: of a closed cut, the further end is reached backwards.
   long first = *at_from;
   long last = *at_to;

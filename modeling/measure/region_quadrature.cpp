@@ -22,6 +22,9 @@ RegionQuadrature::RegionQuadrature(const SplineSurface& surface, const Eigen::Ve
       unit_(PiecewiseGauss(std::array<double, 2>{0.0, 1.0})),
       by_skin_(Eigen::VectorXd::Zero(surface.coefficients().size())),
       by_volume_(Eigen::VectorXd::Zero(surface.coefficients().size())) {
+  for (std::size_t strip = 0; strip + 1 < surface.z_basis().breakpoints().size(); ++strip) {
+    cubics_.push_back(surface.z_basis().Cubics(strip));
+  }
   const double spacing = surface.theta_basis().spacing();
   for (std::size_t cell = 0; cell < surface.theta_basis().count(); ++cell) {
     for (const QuadratureNode& at : unit_) {
@@ -49,10 +52,18 @@ RegionQuadrature::ThetaNode RegionQuadrature::NodeAt(long cell, double theta, do
 
 std::array<RegionQuadrature::ZNode, 4> RegionQuadrature::HeightsIn(std::size_t strip, double top) const {
   const double bottom = surface_->z_basis().breakpoints()[strip];
+  const double height = surface_->z_basis().breakpoints()[strip + 1] - bottom;
   std::array<ZNode, 4> nodes;
   for (std::size_t k = 0; k < 4; ++k) {
-    const double z = bottom + unit_[k].x * (top - bottom);
-    nodes[k] = {z, unit_[k].weight * (top - bottom), surface_->z_basis().InInterval(strip, z)};
+    const double t = unit_[k].x * (top - bottom) / height;
+    ZNode& node = nodes[k];
+    node.z = bottom + t * height;
+    node.weight = unit_[k].weight * (top - bottom);
+    node.value = ValuesAt(cubics_[strip], t);
+    for (std::size_t j = 0; j < 4; ++j) {
+      const std::array<double, 4>& c = cubics_[strip][j];
+      node.first[j] = ((3.0 * c[3] * t + 2.0 * c[2]) * t + c[1]) / height;
+    }
   }
   return nodes;
 }
@@ -98,16 +109,15 @@ void RegionQuadrature::AddNodes(const std::array<ThetaNode, 4>& across, const st
   }
 }
 
-void RegionQuadrature::AddRow(const std::array<ZNode, 4>& up, long first_cell, const StripRow& row) {
+void RegionQuadrature::AddRow(std::size_t strip, const std::array<ZNode, 4>& up, long first_cell, const StripRow& row) {
   const auto count = static_cast<Eigen::Index>(surface_->theta_basis().count());
   for (Eigen::Index k = 0; k < row.radius[0].size(); ++k) {
     const auto column = static_cast<Eigen::Index>(Column(first_cell - 1 + static_cast<long>(k)));
     for (std::size_t b = 0; b < 4; ++b) {
       for (std::size_t j = 0; j < 4; ++j) {
-        const Eigen::Index at = static_cast<Eigen::Index>(up[b].basis.index[j]) * count + column;
-        by_skin_[at] +=
-            up[b].basis.value[j] * row.skin_by_radius[b][k] + up[b].basis.first[j] * row.skin_by_slope[b][k];
-        by_volume_[at] += up[b].basis.value[j] * row.volume_by_radius[b][k];
+        const Eigen::Index at = static_cast<Eigen::Index>(strip + j) * count + column;
+        by_skin_[at] += up[b].value[j] * row.skin_by_radius[b][k] + up[b].first[j] * row.skin_by_slope[b][k];
+        by_volume_[at] += up[b].value[j] * row.volume_by_radius[b][k];
       }
     }
   }
@@ -128,9 +138,9 @@ void RegionQuadrature::AddRectangle(std::size_t strip, double from, double to) {
     for (Eigen::Index k = 0; k < width; ++k) {
       const auto column = static_cast<Eigen::Index>(Column(first - 1 + static_cast<long>(k)));
       for (std::size_t j = 0; j < 4; ++j) {
-        const double c = surface_->coefficients()[static_cast<Eigen::Index>(up[b].basis.index[j]) * count + column];
-        row.radius[b][k] += up[b].basis.value[j] * c;
-        row.slope[b][k] += up[b].basis.first[j] * c;
+        const double c = surface_->coefficients()[static_cast<Eigen::Index>(strip + j) * count + column];
+        row.radius[b][k] += up[b].value[j] * c;
+        row.slope[b][k] += up[b].first[j] * c;
       }
     }
   }
@@ -145,7 +155,7 @@ void RegionQuadrature::AddRectangle(std::size_t strip, double from, double to) {
     }
     AddNodes(across, up, static_cast<Eigen::Index>(cell - first), row);
   }
-  AddRow(up, first, row);
+  AddRow(strip, up, first, row);
 }
 
 void RegionQuadrature::AddColumn(std::size_t strip, const SurfacePlace& top, double weight) {
@@ -160,29 +170,29 @@ void RegionQuadrature::AddColumn(std::size_t strip, const SurfacePlace& top, dou
     double r_theta = 0.0;
     double r_z = 0.0;
     for (std::size_t j = 0; j < 4; ++j) {
-      const double* c = surface_->coefficients().data() + static_cast<Eigen::Index>(up.basis.index[j]) * count;
+      const double* c = surface_->coefficients().data() + static_cast<Eigen::Index>(strip + j) * count;
       double value = 0.0;
       double first = 0.0;
       for (std::size_t i = 0; i < 4; ++i) {
         value += u.value[i] * c[u.index[i]];
         first += u.first[i] * c[u.index[i]];
       }
-      r += up.basis.value[j] * value;
-      r_theta += up.basis.value[j] * first;
-      r_z += up.basis.first[j] * value;
+      r += up.value[j] * value;
+      r_theta += up.value[j] * first;
+      r_z += up.first[j] * value;
     }
     const Densities d = At(node, up.z, r, r_theta, r_z);
     const double w = weight * up.weight;
     skin_ += w * d.skin;
     volume_ += w * d.volume;
     for (std::size_t j = 0; j < 4; ++j) {
-      const Eigen::Index row = static_cast<Eigen::Index>(up.basis.index[j]) * count;
-      const double by_value = w * (up.basis.value[j] * d.skin_by_r + up.basis.first[j] * d.skin_by_z);
-      const double by_first = w * up.basis.value[j] * d.skin_by_theta;
+      const Eigen::Index row = static_cast<Eigen::Index>(strip + j) * count;
+      const double by_value = w * (up.value[j] * d.skin_by_r + up.first[j] * d.skin_by_z);
+      const double by_first = w * up.value[j] * d.skin_by_theta;
       for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Index at = row + static_cast<Eigen::Index>(u.index[i]);
         by_skin_[at] += by_value * u.value[i] + by_first * u.first[i];
-        by_volume_[at] += w * r * up.basis.value[j] * u.value[i];
+        by_volume_[at] += w * r * up.value[j] * u.value[i];
       }
     }
   }

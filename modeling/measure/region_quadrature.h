@@ -48,7 +48,8 @@ class RegionQuadrature {
   struct ZNode {
     double z = 0.0;
     double weight = 0.0;
-    CubicBasis basis;
+    std::array<double, 4> value{};  // of z-splines strip … strip + 3
+    std::array<double, 4> first{};
   };
   struct Densities {
     double skin = 0.0;
@@ -68,13 +69,14 @@ class RegionQuadrature {
   [[nodiscard]] Densities At(const ThetaNode& node, double z, double r, double r_theta, double r_z) const;
   void AddNodes(const std::array<ThetaNode, 4>& across, const std::array<ZNode, 4>& up, Eigen::Index column,
                 StripRow& row);
-  void AddRow(const std::array<ZNode, 4>& up, long first_cell, const StripRow& row);
+  void AddRow(std::size_t strip, const std::array<ZNode, 4>& up, long first_cell, const StripRow& row);
   [[nodiscard]] std::size_t Column(long spline) const;
 
   const SplineSurface* surface_;
   Eigen::Vector3d apex_;
   std::vector<QuadratureNode> unit_;
-  std::vector<ThetaNode> whole_;  // four per knot interval in theta
+  std::vector<IntervalCubics> cubics_;  // by strip
+  std::vector<ThetaNode> whole_;        // four per knot interval in theta
   double skin_ = 0.0;
   double volume_ = 0.0;
   Eigen::VectorXd by_skin_;
