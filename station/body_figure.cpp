@@ -231,15 +231,30 @@ std::vector<FigureRun> BodyFigure::Runs(const std::vector<Eigen::Vector3d>& path
   return runs;
 }
 
-TriangleMesh FigureMesh(const SurfaceModel& model) {
+TriangleMesh FigureMesh(const SurfaceModel& model, double from_z) {
   TriangleMesh mesh;
   for (const SurfaceSegment& segment : model.segments) {
+    if (segment.name.find("arm") != std::string::npos) continue;
     TessellationOptions options;
     options.theta_count = 240;
     options.max_z_spacing_mm = std::clamp((segment.surface.z_max() - segment.surface.z_min()) / 300.0, 1.0, 4.0);
     Append(mesh, TessellateSurface(segment, options));
   }
-  return mesh;
+  TriangleMesh shown;
+  std::vector<std::uint32_t> number(mesh.vertices.size(), 0);  // in `shown`, counted from 1
+  for (auto face : mesh.faces) {
+    const auto below = [&](std::uint32_t k) { return mesh.vertices[k].z() < from_z; };
+    if (std::any_of(face.begin(), face.end(), below)) continue;
+    for (std::uint32_t& k : face) {
+      if (number[k] == 0) {
+        shown.vertices.push_back(mesh.vertices[k]);
+        number[k] = static_cast<std::uint32_t>(shown.vertices.size());
+      }
+      k = number[k] - 1;
+    }
+    shown.faces.push_back(face);
+  }
+  return shown;
 }
 
 }  // namespace annulus

@@ -66,7 +66,8 @@ class BodyFigure {
   FigureGrid light_;  ///< 0 … 1; 0 where nothing is.
 };
 
-/// The mesh that figures are drawn of: every segment, without what is unknown.
-[[nodiscard]] TriangleMesh FigureMesh(const SurfaceModel& model);
+/// The mesh that figures are drawn of: trunk, head and legs above `from_z` (mm), without what is unknown. Arms are left
+/// out: nothing is measured on them, and they would hide the trunk's sides.
+[[nodiscard]] TriangleMesh FigureMesh(const SurfaceModel& model, double from_z);
 
 }  // namespace annulus

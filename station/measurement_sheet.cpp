@@ -102,8 +102,10 @@ void SheetPages::Header(const Provenance& provenance) {
 }
 
 void SheetPages::Figures(const SurfaceModel& model, const std::vector<NumberedMeasurement>& measurements) {
-  DrawBodyFigures(canvas_, {{kLeft, y_}, {kRight - kLeft, kFigureHeight}}, model, measurements, options_.language);
-  y_ += kFigureHeight + 3.5;
+  const SheetBox box{{kLeft, y_}, {kRight - kLeft, kFigureHeight}};
+  const double used = DrawBodyFigures(canvas_, box, model, measurements, options_.language);
+  if (used == 0.0) return;
+  y_ += used + 3.5;
   y_ += canvas_.Paragraph({kLeft, y_}, kRight - kLeft, std::string(words_.levels_note), {7.0, kSoft});
 }
 
@@ -127,6 +129,7 @@ void SheetPages::TableHead() {
   canvas_.Text({kMarkX - 1.0, base}, std::string(words_.within_limit), left);
   y_ += 5.5;
   canvas_.Stroke({{kLeft, y_}, {kRight, y_}}, {0.35, kSoft});
+  y_ += 0.4;
 }
 
 void SheetPages::Mark(const Measurement& measurement) {
@@ -197,26 +200,13 @@ void SheetPages::Footer() {
   canvas_.Text({kLeft, SheetCanvas::kHeight - 8.0}, "annulus", {7.5, kSoft});
 }
 
-/// All measurements in the sheet's order, numbered where pictures show them.
-std::vector<NumberedMeasurement> Numbered(const MeasurementTable& table) {
-  std::vector<NumberedMeasurement> numbered;
-  int drawn = 0;
-  for (int group = 0; group < kSheetGroups; ++group) {
-    for (const Measurement& m : table.measurements) {
-      if (static_cast<int>(GroupOf(m)) != group) continue;
-      numbered.push_back({IsDrawn(table, m) ? ++drawn : 0, &m});
-    }
-  }
-  return numbered;
-}
-
 }  // namespace
 
 Result<std::vector<std::byte>> MeasurementSheet(const MeasurementTable& table, const SurfaceModel& model,
                                                 const SheetOptions& options) {
   SheetCanvas canvas{std::string(WordsIn(options.language).title)};
   SheetPages pages(canvas, options);
-  const std::vector<NumberedMeasurement> numbered = Numbered(table);
+  const std::vector<NumberedMeasurement> numbered = NumberForSheet(table);
   pages.Header(model.provenance);
   pages.Figures(model, numbered);
   for (int group = 0; group < kSheetGroups; ++group) pages.Group(static_cast<SheetGroup>(group), numbered);

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
+#include "base/units.h"
 #include "station/body_figure.h"
 
 namespace annulus {
@@ -132,13 +133,23 @@ std::vector<Eigen::Vector2d> AnchorPoints(const DrawnPath& path, bool through) {
   return points;
 }
 
+struct View {
+  double azimuth_deg;  ///< Station theta of the viewer.
+  std::string_view SheetWords::*title;
+};
+constexpr std::array<View, 3> kViews{
+    {{90.0, &SheetWords::front}, {0.0, &SheetWords::side}, {270.0, &SheetWords::back}}};
+
 /// All views of a sheet and what they show.
 class FigureRow {
  public:
   FigureRow(SheetCanvas& canvas, const SheetBox& box) : canvas_(canvas), box_(box) {}
 
+  /// Finds the scale and shrinks the box to the height that it needs.
   void Place(const TriangleMesh& mesh);
+  [[nodiscard]] double height() const { return box_.size.y(); }
   void Draw(const std::vector<NumberedMeasurement>& measurements);
+  void DrawTitles(SheetLanguage language);
 
  private:
   struct Columns {
@@ -154,22 +165,27 @@ class FigureRow {
 };
 
 void FigureRow::Place(const TriangleMesh& mesh) {
-  constexpr std::array<double, 3> kAzimuths{90.0, 0.0, 270.0};  // degrees: front, right side, back
-  const double column = box_.size.x() / static_cast<double>(kAzimuths.size());
-  // The scale is the same for all views: that of the widest, or of the height.
   Eigen::AlignedBox3d bounds;
   for (const Eigen::Vector3d& vertex : mesh.vertices) bounds.extend(vertex);
-  const double widest = std::max(bounds.sizes().x(), bounds.sizes().y());
-  const double scale = std::min((column - 4.0 * kLabelAway) / widest,
-                                (box_.size.y() - kTitleHeight - 2.0 * kLabelRadius) / bounds.sizes().z());
-  for (std::size_t k = 0; k < kAzimuths.size(); ++k) {
-    BodyFigure figure(mesh, kAzimuths[k] * std::numbers::pi / 180.0, 1.0 / (scale * kPixelsPerMm));
+  const Eigen::Vector3d size = bounds.sizes();
+  const std::array<double, 3> widths{size.x(), size.y(), size.x()};
+  constexpr double kAir = 4.0 * kLabelAway;  // labels on both sides of each view
+  constexpr double kAbove = kLabelRadius;    // room for a label at the top
+  const double scale = std::min((box_.size.x() - 3.0 * kAir) / (2.0 * size.x() + size.y()),
+                                (box_.size.y() - kTitleHeight - 2.0 * kLabelRadius) / size.z());
+  // What is left of the width is shared by the three.
+  const double spare = (box_.size.x() - scale * (2.0 * size.x() + size.y())) / 3.0;
+  double left = box_.corner.x();
+  for (std::size_t k = 0; k < kViews.size(); ++k) {
+    BodyFigure figure(mesh, RadiansFromDegrees(kViews[k].azimuth_deg), 1.0 / (scale * kPixelsPerMm));
     const Eigen::Vector2d middle = 0.5 * (figure.low() + figure.high());
-    const Eigen::Vector2d centre =
-        box_.corner + Eigen::Vector2d((static_cast<double>(k) + 0.5) * column, 0.5 * (box_.size.y() - kTitleHeight));
-    const Eigen::Vector2d origin(centre.x() - scale * middle.x(), centre.y() + scale * middle.y());
+    const double width = scale * widths[k] + spare;
+    const Eigen::Vector2d origin(left + 0.5 * width - scale * middle.x(),
+                                 box_.corner.y() + kAbove + scale * figure.high().y());
     views_.push_back({std::move(figure), origin, scale});
+    left += width;
   }
+  box_.size.y() = kAbove + scale * size.z() + kLabelRadius + kTitleHeight;
 }
 
 void FigureRow::AddLabel(const PlacedFigure& placed, const std::vector<Eigen::Vector2d>& points, Label label,
@@ -201,8 +217,8 @@ void FigureRow::DrawPath(const NumberedMeasurement& numbered, std::vector<Column
   const std::size_t labelled = through ? longest : most_seen;
   for (std::size_t k = 0; k < views_.size(); ++k) {
     for (const FigureRun& run : drawn[k].runs) {
-      if (run.visible) canvas_.Stroke(views_[k].ToSheet(run.points), {0.3, colour});
-      if (!run.visible && through && k == labelled) {
+      if (run.visible && !through) canvas_.Stroke(views_[k].ToSheet(run.points), {0.3, colour});
+      if (through && k == labelled) {
         canvas_.Stroke(views_[k].ToSheet(run.points), {0.25, colour, SheetStroke::Dash::kDashed});
       }
     }
@@ -214,8 +230,11 @@ void FigureRow::DrawPath(const NumberedMeasurement& numbered, std::vector<Column
 void FigureRow::Draw(const std::vector<NumberedMeasurement>& measurements) {
   for (const PlacedFigure& placed : views_) DrawBody(canvas_, placed);
   std::vector<Columns> columns(views_.size());
+  int drawn = 0;  // numbers rise; one that was drawn before is a second measurement on the same path
   for (const NumberedMeasurement& numbered : measurements) {
-    if (numbered.number > 0) DrawPath(numbered, columns);
+    if (numbered.number <= drawn) continue;
+    DrawPath(numbered, columns);
+    drawn = numbered.number;
   }
   const double lowest = box_.corner.y() + box_.size.y() - kTitleHeight - kLabelRadius;
   for (std::size_t k = 0; k < views_.size(); ++k) {
@@ -225,15 +244,58 @@ void FigureRow::Draw(const std::vector<NumberedMeasurement>& measurements) {
   }
 }
 
+void FigureRow::DrawTitles(SheetLanguage language) {
+  for (std::size_t k = 0; k < views_.size(); ++k) {
+    const BodyFigure& figure = views_[k].figure;
+    const double x = views_[k].ToSheet(0.5 * (figure.low() + figure.high())).x();
+    canvas_.Text({x, box_.corner.y() + box_.size.y() - 0.8}, std::string(WordsIn(language).*kViews[k].title),
+                 {8.0, kInk, SheetText::Weight::kRegular, SheetText::Align::kCentre});
+  }
+}
+
+/// A hand's breadth below the lowest path: legs are drawn no further.
+double LowestShown(const std::vector<NumberedMeasurement>& measurements) {
+  constexpr double kBelow = 120.0;  // mm
+  double lowest = std::numeric_limits<double>::max();
+  for (const NumberedMeasurement& numbered : measurements) {
+    if (numbered.number == 0) continue;
+    for (const auto& path : numbered.measurement->paths) {
+      for (const Eigen::Vector3d& point : path) lowest = std::min(lowest, point.z());
+    }
+  }
+  return lowest < std::numeric_limits<double>::max() ? lowest - kBelow : std::numeric_limits<double>::lowest();
+}
+
 }  // namespace
 
-bool IsDrawn(const MeasurementTable& table, const Measurement& measurement) {
-  if (measurement.paths.empty()) return false;
-  for (const Measurement& other : table.measurements) {
-    if (&other == &measurement) return true;
-    if (other.paths == measurement.paths) return false;
+namespace {
+
+/// Whether `skin` follows the section that `tape` goes around: in a picture they are one line.
+bool IsSkinUnder(const Measurement& skin, const Measurement& tape) {
+  constexpr std::string_view kSkin = "_perimeter";
+  const std::string_view id = skin.id;
+  return id.ends_with(kSkin) && tape.id == std::string(id.substr(0, id.size() - kSkin.size())) + "_girth";
+}
+
+}  // namespace
+
+std::vector<NumberedMeasurement> NumberForSheet(const MeasurementTable& table) {
+  std::vector<NumberedMeasurement> numbered;
+  int last = 0;
+  for (int group = 0; group < kSheetGroups; ++group) {
+    for (const Measurement& m : table.measurements) {
+      if (static_cast<int>(GroupOf(m)) != group) continue;
+      int number = 0;
+      if (!m.paths.empty() && GroupOf(m) != SheetGroup::kHeights) {
+        const auto same = std::find_if(numbered.begin(), numbered.end(), [&](const NumberedMeasurement& other) {
+          return other.number > 0 && (other.measurement->paths == m.paths || IsSkinUnder(m, *other.measurement));
+        });
+        number = same != numbered.end() ? same->number : ++last;
+      }
+      numbered.push_back({number, &m});
+    }
   }
-  return true;
+  return numbered;
 }
 
 SheetColour ColourOf(SheetGroup group) {
@@ -255,21 +317,15 @@ SheetColour ColourOf(SheetGroup group) {
   return {};
 }
 
-void DrawBodyFigures(SheetCanvas& canvas, const SheetBox& box, const SurfaceModel& model,
-                     const std::vector<NumberedMeasurement>& measurements, SheetLanguage language) {
-  const TriangleMesh mesh = FigureMesh(model);
-  if (!mesh.faces.empty()) {
-    FigureRow row(canvas, box);
-    row.Place(mesh);
-    row.Draw(measurements);
-  }
-  const SheetWords& words = WordsIn(language);
-  const std::array<std::string_view, 3> titles{words.front, words.side, words.back};
-  for (std::size_t k = 0; k < titles.size(); ++k) {
-    const double x = box.corner.x() + (static_cast<double>(k) + 0.5) * box.size.x() / 3.0;
-    canvas.Text({x, box.corner.y() + box.size.y() - 0.8}, std::string(titles[k]),
-                {8.0, kInk, SheetText::Weight::kRegular, SheetText::Align::kCentre});
-  }
+double DrawBodyFigures(SheetCanvas& canvas, const SheetBox& box, const SurfaceModel& model,
+                       const std::vector<NumberedMeasurement>& measurements, SheetLanguage language) {
+  const TriangleMesh mesh = FigureMesh(model, LowestShown(measurements));
+  if (mesh.faces.empty()) return 0.0;
+  FigureRow row(canvas, box);
+  row.Place(mesh);
+  row.Draw(measurements);
+  row.DrawTitles(language);
+  return row.height();
 }
 
 }  // namespace annulus

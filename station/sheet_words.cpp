@@ -1,5 +1,6 @@
 #include "station/sheet_words.h"
 
+#include <algorithm>
 #include <array>
 
 namespace annulus {
@@ -10,95 +11,107 @@ struct Term {
   std::string_view japanese;
 };
 
+/// A measurement of the skin has the entry of the tape over it: its ending is taken off first.
 constexpr std::array kTerms{
     Term{"head_girth", "頭囲"},
     Term{"neck_girth", "頸囲"},
     Term{"neck_base_girth", "頸付根囲"},
-    Term{"chest_girth", "胸囲(チェスト)"},
-    Term{"bust_girth", "乳頭位胸囲(バスト)"},
+    Term{"axilla_girth", "腋窩位胸囲"},
+    Term{"chest_girth", "胸囲(バスト)"},
     Term{"under_bust_girth", "下部胸囲(アンダーバスト)"},
     Term{"waist_girth", "胴囲(ウエスト)"},
     Term{"omphalion_girth", "臍位腹囲"},
     Term{"top_hip_girth", "腹囲(ミドルヒップ)"},
     Term{"hip_girth", "腰囲(ヒップ)"},
-    Term{"head_perimeter", "頭囲(体表に沿う周長)"},
-    Term{"neck_perimeter", "頸囲(体表に沿う周長)"},
-    Term{"chest_perimeter", "胸囲(体表に沿う周長)"},
-    Term{"bust_perimeter", "乳頭位胸囲(体表に沿う周長)"},
-    Term{"under_bust_perimeter", "下部胸囲(体表に沿う周長)"},
-    Term{"waist_perimeter", "胴囲(体表に沿う周長)"},
-    Term{"top_hip_perimeter", "腹囲(体表に沿う周長)"},
-    Term{"hip_perimeter", "腰囲(体表に沿う周長)"},
-    Term{"vertex_height", "身長(頭頂高)"},
-    Term{"stature", "身長"},
-    Term{"head_height", "全頭高"},
-    Term{"head_level_height", "頭囲位高"},
-    Term{"neck_height", "頸囲位高"},
-    Term{"neck_back_height", "頸椎高"},
-    Term{"neck_base_back_height", "頸椎高"},
-    Term{"neck_front_height", "頸窩高"},
-    Term{"neck_base_front_height", "頸窩高"},
-    Term{"shoulder_height", "肩峰高"},
-    Term{"axilla_height", "腋窩高"},
-    Term{"chest_height", "胸囲位高"},
-    Term{"bust_height", "乳頭高(バスト高)"},
-    Term{"bust_point_height", "乳頭高(バスト高)"},
-    Term{"under_bust_height", "アンダーバスト高"},
-    Term{"waist_height", "胴高(ウエスト高)"},
-    Term{"omphalion_height", "臍高"},
-    Term{"top_hip_height", "ミドルヒップ高"},
-    Term{"iliac_height", "腸骨稜高"},
-    Term{"hip_height", "腰高(ヒップ高)"},
-    Term{"crotch_height", "股下高"},
+    Term{"crotch_girth", "股位周囲"},
+    Term{"neck_breadth", "頸部横径"},
+    Term{"neck_depth", "頸部矢状径"},
+    Term{"axilla_breadth", "腋窩位胸部横径"},
+    Term{"axilla_depth", "腋窩位胸部矢状径"},
     Term{"chest_breadth", "胸部横径"},
     Term{"chest_depth", "胸部矢状径"},
-    Term{"bust_breadth", "乳頭位胸部横径"},
-    Term{"bust_depth", "乳頭位胸部矢状径"},
+    Term{"under_bust_breadth", "下部胸部横径"},
+    Term{"under_bust_depth", "下部胸部矢状径"},
     Term{"waist_breadth", "胴部横径"},
     Term{"waist_depth", "胴部矢状径"},
     Term{"hip_breadth", "腰部横径"},
     Term{"hip_depth", "腰部矢状径"},
+    Term{"head_front_arc", "頭囲 前半"},
+    Term{"head_back_arc", "頭囲 後半"},
+    Term{"chest_front_arc", "胸囲 前(脇線間)"},
+    Term{"chest_back_arc", "胸囲 後(脇線間)"},
+    Term{"waist_front_arc", "胴囲 前(脇線間)"},
+    Term{"waist_back_arc", "胴囲 後(脇線間)"},
+    Term{"hip_front_arc", "腰囲 前(脇線間)"},
+    Term{"hip_back_arc", "腰囲 後(脇線間)"},
+    Term{"across_chest", "胸幅(腋窩位、脇線間)"},
+    Term{"across_back", "背幅(腋窩位、脇線間)"},
+    Term{"vertex_height", "身長(頭頂高)"},
+    Term{"eye_height", "眼高"},
+    Term{"chin_height", "オトガイ高"},
+    Term{"head_height", "頭囲位高"},
+    Term{"neck_height", "頸囲位高"},
+    Term{"cervicale_height", "頸椎高"},
+    Term{"front_neck_height", "頸窩高"},
+    Term{"side_neck_height_right", "頸側高(右)"},
+    Term{"side_neck_height_left", "頸側高(左)"},
+    Term{"shoulder_height_right", "肩峰高(右)"},
+    Term{"shoulder_height_left", "肩峰高(左)"},
+    Term{"axilla_height", "腋窩高"},
+    Term{"chest_height", "胸囲位高"},
+    Term{"under_bust_height", "アンダーバスト高"},
+    Term{"waist_height", "胴高(ウエスト高)"},
+    Term{"omphalion_height", "臍高"},
+    Term{"top_hip_height", "ミドルヒップ高"},
+    Term{"hip_height", "腰高(ヒップ高)"},
+    Term{"crotch_height", "股下高"},
+    Term{"bust_point_height", "乳頭高"},
+    Term{"cervicale_to_waist_drop", "頸椎点からウエストまで(垂直)"},
+    Term{"chest_to_waist_drop", "胸囲位からウエストまで(垂直)"},
+    Term{"waist_to_hip_drop", "腰丈(垂直)"},
+    Term{"body_rise", "股上丈(垂直)"},
+    Term{"neck_to_waist_front", "前中心丈"},
+    Term{"neck_to_waist_back", "背丈"},
+    Term{"scye_depth", "腋窩位背丈(袖ぐり深さ)"},
+    Term{"chest_to_waist_front", "胸囲位からウエストまで 前"},
+    Term{"waist_to_hip_front", "腰丈 前"},
+    Term{"waist_to_hip_back", "腰丈 後"},
+    Term{"waist_to_hip_right", "腰丈 右脇"},
+    Term{"waist_to_hip_left", "腰丈 左脇"},
+    Term{"waist_to_top_hip", "ウエストからミドルヒップまで 右脇"},
+    Term{"side_seam_upper", "脇丈(腋窩位からウエストまで)"},
+    Term{"bust_point_to_bust_point", "乳頭間隔"},
+    Term{"shoulder_breadth", "肩幅(肩峰間距離)"},
+    Term{"shoulder_length_right", "小肩幅(右)"},
+    Term{"shoulder_length_left", "小肩幅(左)"},
+    Term{"shoulder_slope_right", "肩傾斜(右)"},
+    Term{"shoulder_slope_left", "肩傾斜(左)"},
     Term{"head_length", "頭長"},
     Term{"head_breadth", "頭幅"},
-    Term{"head_depth", "頭長"},
+    Term{"bitragion_breadth", "耳珠間幅"},
     Term{"face_breadth", "頬骨弓幅"},
-    Term{"face_height", "形態学顔高"},
+    Term{"jaw_breadth", "下顎角幅"},
+    Term{"temple_breadth", "こめかみ間幅"},
+    Term{"face_length", "形態学顔高(セリオン―オトガイ)"},
+    Term{"nose_length", "鼻長(セリオン―鼻尖)"},
     Term{"nose_breadth", "鼻幅"},
-    Term{"nose_height", "鼻高"},
     Term{"pupil_distance", "瞳孔間距離(推定)"},
-    Term{"temple_to_ear_left", "側頭から耳介付着部(左)"},
-    Term{"temple_to_ear_right", "側頭から耳介付着部(右)"},
-    Term{"chest_front_arc", "前胸囲(脇線間)"},
-    Term{"chest_back_arc", "後胸囲(脇線間)"},
-    Term{"bust_front_arc", "前バスト囲(脇線間)"},
-    Term{"bust_back_arc", "後バスト囲(脇線間)"},
-    Term{"waist_front_arc", "前胴囲(脇線間)"},
-    Term{"waist_back_arc", "後胴囲(脇線間)"},
-    Term{"hip_front_arc", "前腰囲(脇線間)"},
-    Term{"hip_back_arc", "後腰囲(脇線間)"},
-    Term{"across_chest", "胸幅"},
-    Term{"across_back", "背幅"},
-    Term{"bust_point_to_bust_point", "乳頭間隔"},
-    Term{"shoulder_breadth", "肩幅"},
-    Term{"shoulder_slope_left", "肩傾斜(左)"},
-    Term{"shoulder_slope_right", "肩傾斜(右)"},
-    Term{"neck_to_waist_front", "前丈(体表)"},
-    Term{"neck_to_waist_back", "背丈(体表)"},
-    Term{"neck_to_waist_front_tape", "前丈"},
-    Term{"neck_to_waist_back_tape", "背丈"},
-    Term{"waist_to_hip_front", "腰丈 前(体表)"},
-    Term{"waist_to_hip_back", "腰丈 後(体表)"},
-    Term{"waist_to_hip_side", "腰丈 脇(体表)"},
-    Term{"waist_to_hip_front_tape", "腰丈 前"},
-    Term{"waist_to_hip_back_tape", "腰丈 後"},
-    Term{"waist_to_hip_side_tape", "腰丈 脇"},
-    Term{"waist_to_crotch", "股上丈"},
-    Term{"waist_to_crotch_front", "股上丈 前"},
-    Term{"waist_to_crotch_back", "股上丈 後"},
-    Term{"trunk_volume", "体幹の体積"},
-    Term{"trunk_area", "体幹の体表面積"},
-    Term{"head_volume", "頭部の体積"},
-    Term{"head_area", "頭部の体表面積"},
+    Term{"temple_to_ear_right", "こめかみから耳の付け根まで(右)"},
+    Term{"temple_to_ear_left", "こめかみから耳の付け根まで(左)"},
+    Term{"head_depth_to_nose", "鼻尖から後頭まで"},
+    Term{"bitragion_frontal_arc", "耳珠間前頭弧長"},
+    Term{"bitragion_menton_arc", "耳珠間オトガイ弧長"},
+    Term{"bitragion_back_arc", "耳珠間後頭弧長"},
+    Term{"head_volume", "体積 頸囲位より上(頭部)"},
+    Term{"upper_chest_volume", "体積 腋窩位から胸囲位"},
+    Term{"chest_to_waist_volume", "体積 胸囲位からウエスト"},
+    Term{"waist_to_hip_volume", "体積 ウエストからヒップ"},
+    Term{"hip_to_crotch_volume", "体積 ヒップから股位"},
+    Term{"head_area", "体表面積 頸囲位より上(頭部)"},
+    Term{"upper_chest_area", "体表面積 腋窩位から胸囲位"},
+    Term{"chest_to_waist_area", "体表面積 胸囲位からウエスト"},
+    Term{"waist_to_hip_area", "体表面積 ウエストからヒップ"},
+    Term{"hip_to_crotch_area", "体表面積 ヒップから股位"},
 };
 
 constexpr SheetWords kEnglishWords{
@@ -166,10 +179,12 @@ SheetGroup GroupOf(const Measurement& measurement) {
   const std::string_view id = measurement.id;
   if (measurement.unit == "deg") return SheetGroup::kAngles;
   if (measurement.unit != "mm") return SheetGroup::kVolumes;
-  if (StartsWithAny(id, {"head_", "face_", "nose_", "pupil_", "temple_", "ear_"})) return SheetGroup::kHead;
+  if (id.ends_with("_height") || id.find("_height_") != id.npos) return SheetGroup::kHeights;
+  if (StartsWithAny(id, {"head_", "face_", "nose_", "pupil_", "temple_", "bitragion_", "jaw_"}))
+    return SheetGroup::kHead;
   if (id.ends_with("_girth") || id.ends_with("_perimeter")) return SheetGroup::kGirths;
-  if (id.ends_with("_height") || id == "stature") return SheetGroup::kHeights;
-  if (id.ends_with("_breadth") || id.ends_with("_depth")) return SheetGroup::kBreadths;
+  const bool along_skin = measurement.method.starts_with("skin") || measurement.method.starts_with("tape");
+  if (!along_skin && (id.ends_with("_breadth") || id.ends_with("_depth"))) return SheetGroup::kBreadths;
   return SheetGroup::kLengths;
 }
 
@@ -179,7 +194,7 @@ std::string_view GroupTitle(SheetGroup group, SheetLanguage language) {
     std::string_view japanese;
   };
   constexpr std::array<Title, kSheetGroups> kTitles{{{"Girths", "周径"},
-                                                     {"Lengths over the body", "体表の長さ"},
+                                                     {"Lengths and arcs", "長さ・弧長"},
                                                      {"Breadths and depths", "横径・矢状径"},
                                                      {"Heights above the floor", "高径"},
                                                      {"Head and face", "頭部・顔面"},
@@ -190,12 +205,14 @@ std::string_view GroupTitle(SheetGroup group, SheetLanguage language) {
 }
 
 std::string TermIn(const Measurement& measurement, SheetLanguage language) {
-  if (language == SheetLanguage::kJapanese) {
-    for (const Term& term : kTerms) {
-      if (term.id == measurement.id) return std::string(term.japanese);
-    }
-  }
-  return measurement.term;
+  if (language == SheetLanguage::kEnglish) return measurement.term;
+  std::string id = measurement.id;
+  const bool skin = measurement.method.starts_with("skin") && measurement.unit == "mm";
+  if (id.ends_with("_perimeter")) id.replace(id.rfind("_perimeter"), std::string::npos, "_girth");
+  if (id.ends_with("_tape")) id.erase(id.rfind("_tape"));
+  const auto found = std::find_if(kTerms.begin(), kTerms.end(), [&](const Term& term) { return term.id == id; });
+  if (found == kTerms.end()) return measurement.term;
+  return std::string(found->japanese) + (skin ? " 体表" : "");
 }
 
 const SheetWords& WordsIn(SheetLanguage language) {

@@ -37,7 +37,7 @@ std::string Rounded(double number, int decimals) {
 /// A half width is never shown as nothing: rounded up to the last decimal shown.
 std::string RoundedUp(double half, int decimals) {
   const double step = std::pow(10.0, -decimals);
-  return Rounded(std::ceil(half / step - 1e-9) * step, decimals);
+  return Rounded(std::ceil(half / step - 1e-9) * step + 0.0, decimals);  // + 0.0: never "-0.0"
 }
 
 }  // namespace

@@ -12,8 +12,10 @@ namespace {
 constexpr std::array kRecipes{
     MeasurementRecipe{"head", {{{"head_girth"}, {}}}},
     MeasurementRecipe{"neck", {{{"neck_girth"}, {}}}},
-    MeasurementRecipe{"chest", {{{"bust_girth"}, {}}}, "chest_girth"},
-    MeasurementRecipe{"bustFront", {{{"bust_front_arc"}, {}}}, "chest_front_arc"},
+    MeasurementRecipe{"highBust", {{{"axilla_girth"}, {}}}},
+    MeasurementRecipe{"highBustFront", {{{"across_chest"}, {}}}},
+    MeasurementRecipe{"chest", {{{"chest_girth"}, {}}}},
+    MeasurementRecipe{"bustFront", {{{"chest_front_arc"}, {}}}},
     MeasurementRecipe{"bustSpan", {{{"bust_point_to_bust_point"}, {}}}},
     MeasurementRecipe{"underbust", {{{"under_bust_girth"}, {}}}},
     MeasurementRecipe{"waist", {{{"waist_girth"}, {}}}},
@@ -21,34 +23,33 @@ constexpr std::array kRecipes{
     MeasurementRecipe{"hips", {{{"top_hip_girth"}, {}}}},
     MeasurementRecipe{"seat", {{{"hip_girth"}, {}}}},
     MeasurementRecipe{"seatBack", {{{"hip_back_arc"}, {}}}},
-    MeasurementRecipe{"shoulderToShoulder", {{{"shoulder_breadth"}, {}}}},
     MeasurementRecipe{"shoulderSlope", {{{"shoulder_slope_left", 0.5}, {"shoulder_slope_right", 0.5}}}},
     MeasurementRecipe{"waistToHips", {{{"waist_height"}, {"top_hip_height", -1.0}}}},
-    MeasurementRecipe{"waistToSeat", {{{"waist_height"}, {"hip_height", -1.0}}}},
+    MeasurementRecipe{"waistToSeat", {{{"waist_to_hip_drop"}, {}}}},
+    MeasurementRecipe{"waistToArmpit", {{{"side_seam_upper_tape"}, {}}}},
     MeasurementRecipe{"waistToFloor", {{{"waist_height"}, {}}}},
     MeasurementRecipe{"inseam", {{{"crotch_height"}, {}}}},
 };
 
-/// Names that a ring scan of the trunk cannot fill: limbs, and the high point of the shoulder under the neck's skin.
-constexpr std::array<std::string_view, 20> kNever{"ankle",
+/// Names that the table has nothing for: limbs, the high point of the shoulder, and widths over the back.
+constexpr std::array<std::string_view, 19> kNever{"ankle",
                                                   "biceps",
                                                   "bustPointToUnderbust",
                                                   "crossSeam",
                                                   "crossSeamFront",
                                                   "crotchDepth",
                                                   "heel",
-                                                  "highBust",
-                                                  "highBustFront",
                                                   "hpsToBust",
                                                   "hpsToWaistBack",
                                                   "hpsToWaistFront",
                                                   "knee",
                                                   "shoulderToElbow",
+                                                  "shoulderToShoulder",
                                                   "shoulderToWrist",
                                                   "upperLeg",
-                                                  "waistToArmpit",
                                                   "waistToKnee",
                                                   "waistToUnderbust",
+                                                  "waistToUpperLeg",
                                                   "wrist"};
 
 }  // namespace

@@ -15,11 +15,9 @@ const Measurement* FindMeasurement(const MeasurementTable& table, std::string_vi
 
 std::optional<RecipeValue> Follow(const MeasurementRecipe& recipe, const MeasurementTable& table) {
   RecipeValue sum;
-  for (std::size_t k = 0; k < recipe.terms.size(); ++k) {
-    const MeasurementTerm& term = recipe.terms[k];
+  for (const MeasurementTerm& term : recipe.terms) {
     if (term.id.empty()) continue;
     const Measurement* source = FindMeasurement(table, term.id);
-    if (source == nullptr && k == 0 && !recipe.instead.empty()) source = FindMeasurement(table, recipe.instead);
     if (source == nullptr) return std::nullopt;
     ENSURE(sum.sources.empty() || sum.sources.front()->unit == source->unit, "terms of a sum have one unit");
     sum.value += term.factor * source->value.value;
@@ -30,7 +28,6 @@ std::optional<RecipeValue> Follow(const MeasurementRecipe& recipe, const Measure
 
 std::string MissingSentence(const MeasurementRecipe& recipe) {
   std::string text = std::string(recipe.name) + ": needs " + std::string(recipe.terms[0].id);
-  if (!recipe.instead.empty()) text += " or " + std::string(recipe.instead);
   if (!recipe.terms[1].id.empty()) text += " and " + std::string(recipe.terms[1].id);
   return text + ", not all of it measured here.";
 }

@@ -26,7 +26,6 @@ struct MeasurementTerm {
 struct MeasurementRecipe {
   std::string_view name;                 ///< The other program's.
   std::array<MeasurementTerm, 2> terms;  ///< At least the first.
-  std::string_view instead = {};         ///< Id that serves where the first term is missing; "" for none.
 };
 
 /// A number made by a recipe.
@@ -41,7 +40,7 @@ struct RecipeValue {
 /// Nothing if a term is not in the table. Requires terms of one unit.
 [[nodiscard]] std::optional<RecipeValue> Follow(const MeasurementRecipe& recipe, const MeasurementTable& table);
 
-/// "bust_circ: needs bust_girth or chest_girth, which was not measured."
+/// "bust_circ: needs chest_girth, not all of it measured here."
 [[nodiscard]] std::string MissingSentence(const MeasurementRecipe& recipe);
 
 }  // namespace annulus

@@ -11,47 +11,58 @@ namespace {
 
 /// Names that Valentina 0.7.52 of Debian 12 knows. Each was looked up in the list built into its program, with the
 /// description there, and a test lets that program read all of them: it refuses a file with a name it does not know.
-/// Our levels are horizontal, so that a level's height is the same at front, side and back.
+/// Our levels are horizontal, so that a level's height is the same at front, side and back; what these programs have
+/// once for both sides of the body is the mean of ours. Our across_chest and across_back are arcs of the armpits' level
+/// up to the sides: their highbust arcs, not their across_chest_f and across_back_b, which end at the armscyes.
 constexpr std::array kRecipes{
-    MeasurementRecipe{"height", {{{"vertex_height"}, {}}}, "stature"},
-    MeasurementRecipe{"height_neck_back", {{{"neck_back_height"}, {}}}, "neck_base_back_height"},
-    MeasurementRecipe{"height_neck_front", {{{"neck_front_height"}, {}}}, "neck_base_front_height"},
-    MeasurementRecipe{"height_shoulder_tip", {{{"shoulder_height"}, {}}}},
+    MeasurementRecipe{"height", {{{"vertex_height"}, {}}}},
+    MeasurementRecipe{"height_neck_back", {{{"cervicale_height"}, {}}}},
+    MeasurementRecipe{"height_neck_front", {{{"front_neck_height"}, {}}}},
+    MeasurementRecipe{"height_neck_side", {{{"side_neck_height_right", 0.5}, {"side_neck_height_left", 0.5}}}},
+    MeasurementRecipe{"height_shoulder_tip", {{{"shoulder_height_right", 0.5}, {"shoulder_height_left", 0.5}}}},
     MeasurementRecipe{"height_armpit", {{{"axilla_height"}, {}}}},
-    MeasurementRecipe{"height_bustpoint", {{{"bust_height"}, {}}}, "bust_point_height"},
+    MeasurementRecipe{"height_bustpoint", {{{"bust_point_height"}, {}}}},
     MeasurementRecipe{"height_waist_front", {{{"waist_height"}, {}}}},
     MeasurementRecipe{"height_waist_side", {{{"waist_height"}, {}}}},
     MeasurementRecipe{"height_waist_back", {{{"waist_height"}, {}}}},
     MeasurementRecipe{"height_highhip", {{{"top_hip_height"}, {}}}},
     MeasurementRecipe{"height_hip", {{{"hip_height"}, {}}}},
     MeasurementRecipe{"leg_crotch_to_floor", {{{"crotch_height"}, {}}}},
+    MeasurementRecipe{"height_neck_back_to_waist_side", {{{"cervicale_to_waist_drop"}, {}}}},
     MeasurementRecipe{"width_shoulder", {{{"shoulder_breadth"}, {}}}},
-    MeasurementRecipe{"width_bust", {{{"bust_breadth"}, {}}}, "chest_breadth"},
+    MeasurementRecipe{"width_bust", {{{"chest_breadth"}, {}}}},
     MeasurementRecipe{"width_waist", {{{"waist_breadth"}, {}}}},
     MeasurementRecipe{"width_hip", {{{"hip_breadth"}, {}}}},
     MeasurementRecipe{"head_circ", {{{"head_girth"}, {}}}},
-    MeasurementRecipe{"head_length", {{{"head_height"}, {}}}},  // theirs: from the crown to the jaw
-    MeasurementRecipe{"head_depth", {{{"head_length"}, {}}}, "head_depth"},
+    MeasurementRecipe{"head_depth", {{{"head_length"}, {}}}},
     MeasurementRecipe{"head_width", {{{"head_breadth"}, {}}}},
     MeasurementRecipe{"neck_mid_circ", {{{"neck_girth"}, {}}}},
     MeasurementRecipe{"neck_circ", {{{"neck_base_girth"}, {}}}},
-    MeasurementRecipe{"bust_circ", {{{"bust_girth"}, {}}}, "chest_girth"},
+    MeasurementRecipe{"highbust_circ", {{{"axilla_girth"}, {}}}},
+    MeasurementRecipe{"bust_circ", {{{"chest_girth"}, {}}}},
     MeasurementRecipe{"lowbust_circ", {{{"under_bust_girth"}, {}}}},
     MeasurementRecipe{"waist_circ", {{{"waist_girth"}, {}}}},
     MeasurementRecipe{"highhip_circ", {{{"top_hip_girth"}, {}}}},
     MeasurementRecipe{"hip_circ", {{{"hip_girth"}, {}}}},
-    MeasurementRecipe{"bust_arc_f", {{{"bust_front_arc"}, {}}}, "chest_front_arc"},
-    MeasurementRecipe{"bust_arc_b", {{{"bust_back_arc"}, {}}}, "chest_back_arc"},
+    MeasurementRecipe{"highbust_arc_f", {{{"across_chest"}, {}}}},
+    MeasurementRecipe{"highbust_arc_b", {{{"across_back"}, {}}}},
+    MeasurementRecipe{"bust_arc_f", {{{"chest_front_arc"}, {}}}},
+    MeasurementRecipe{"bust_arc_b", {{{"chest_back_arc"}, {}}}},
     MeasurementRecipe{"waist_arc_f", {{{"waist_front_arc"}, {}}}},
     MeasurementRecipe{"waist_arc_b", {{{"waist_back_arc"}, {}}}},
     MeasurementRecipe{"hip_arc_f", {{{"hip_front_arc"}, {}}}},
     MeasurementRecipe{"hip_arc_b", {{{"hip_back_arc"}, {}}}},
-    MeasurementRecipe{"across_chest_f", {{{"across_chest"}, {}}}},
-    MeasurementRecipe{"across_back_b", {{{"across_back"}, {}}}},
     MeasurementRecipe{"bustpoint_to_bustpoint", {{{"bust_point_to_bust_point"}, {}}}},
-    MeasurementRecipe{"waist_to_hip_f", {{{"waist_to_hip_front"}, {}}}},
-    MeasurementRecipe{"waist_to_hip_b", {{{"waist_to_hip_back"}, {}}}},
-    MeasurementRecipe{"waist_to_hip_side", {{{"waist_to_hip_side"}, {}}}},
+    MeasurementRecipe{"shoulder_length", {{{"shoulder_length_right", 0.5}, {"shoulder_length_left", 0.5}}}},
+    MeasurementRecipe{"neck_front_to_waist_f", {{{"neck_to_waist_front_tape"}, {}}}},
+    MeasurementRecipe{"neck_front_to_waist_flat_f", {{{"neck_to_waist_front"}, {}}}},
+    MeasurementRecipe{"neck_back_to_waist_b", {{{"neck_to_waist_back_tape"}, {}}}},
+    MeasurementRecipe{"neck_back_to_highbust_b", {{{"scye_depth_tape"}, {}}}},
+    MeasurementRecipe{"armpit_to_waist_side", {{{"side_seam_upper_tape"}, {}}}},
+    MeasurementRecipe{"waist_to_highhip_side", {{{"waist_to_top_hip_tape"}, {}}}},
+    MeasurementRecipe{"waist_to_hip_f", {{{"waist_to_hip_front_tape"}, {}}}},
+    MeasurementRecipe{"waist_to_hip_b", {{{"waist_to_hip_back_tape"}, {}}}},
+    MeasurementRecipe{"waist_to_hip_side", {{{"waist_to_hip_right_tape", 0.5}, {"waist_to_hip_left_tape", 0.5}}}},
 };
 
 constexpr std::string_view kCustomPrefix = "@annulus_";
@@ -118,7 +129,7 @@ PatternFile MeasurementsToSmis(const MeasurementTable& table, SewingDialect dial
       continue;
     }
     entries += Entry(recipe.name, value->value, *value->sources.front());
-    named.insert(value->sources.front()->id);
+    if (value->sources.size() == 1) named.insert(value->sources.front()->id);
   }
   for (const Measurement& m : table.measurements) {
     if (named.contains(m.id)) continue;

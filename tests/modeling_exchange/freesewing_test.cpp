@@ -32,16 +32,16 @@ TEST(FreeSewing, TakesTheMeanSlopeOfBothShouldersAndNoneOfOne) {
 }
 
 TEST(FreeSewing, TakesVerticalDistancesAsDifferencesOfHeights) {
-  EXPECT_EQ(Written({Measured("waist_height", 1040), Measured("hip_height", 840.5), Measured("top_hip_height", 950)}),
-            (Json{{"waistToHips", 90.0}, {"waistToSeat", 199.5}, {"waistToFloor", 1040.0}}));
+  EXPECT_EQ(
+      Written({Measured("waist_height", 1040), Measured("waist_to_hip_drop", 199.5), Measured("top_hip_height", 950)}),
+      (Json{{"waistToHips", 90.0}, {"waistToSeat", 199.5}, {"waistToFloor", 1040.0}}));
 }
 
 TEST(FreeSewing, ListsTheNamesThatItCannotFill) {
   const PatternFile file = MeasurementsToFreeSewing({});
   EXPECT_EQ(Json::parse(file.text), Json::object());
   EXPECT_THAT(file.left_out, testing::Contains("biceps: not measured."));
-  EXPECT_THAT(file.left_out,
-              testing::Contains("waistToSeat: needs waist_height and hip_height, not all of it measured here."));
+  EXPECT_THAT(file.left_out, testing::Contains("waistToSeat: needs waist_to_hip_drop, not all of it measured here."));
 }
 
 }  // namespace

@@ -42,18 +42,18 @@ TEST(Smis, ListsWhatIsNoLengthAndWhatIsMissing) {
   EXPECT_THAT(file.text, Not(HasSubstr("<m ")));
   EXPECT_THAT(file.left_out, Contains("trunk_volume: not a length."));
   EXPECT_THAT(file.left_out, Contains("shoulder_slope_left: not a length."));
-  EXPECT_THAT(file.left_out, Contains(HasSubstr("bust_circ: needs bust_girth or chest_girth")));
+  EXPECT_THAT(file.left_out, Contains(HasSubstr("bust_circ: needs chest_girth")));
   for (const std::string& sentence : file.left_out) EXPECT_THAT(file.text, HasSubstr(sentence));
 }
 
-TEST(Smis, TakesTheChestOnlyWhereThereIsNoBust) {
-  const Measurement bust = Measured("bust_girth", 900);
-  const Measurement chest = Measured("chest_girth", 880);
-  const std::string chest_only = MeasurementsToSmis(TableOf({chest}), SewingDialect::kSeamly).text;
-  EXPECT_THAT(chest_only, HasSubstr("name=\"bust_circ\" value=\"880.00\""));
-  const std::string both = MeasurementsToSmis(TableOf({chest, bust}), SewingDialect::kSeamly).text;
-  EXPECT_THAT(both, HasSubstr("name=\"bust_circ\" value=\"900.00\""));
-  EXPECT_THAT(both, HasSubstr("name=\"@annulus_chest_girth\" value=\"880.00\""));
+TEST(Smis, TakesTheMeanOfBothSidesAndKeepsTheSidesToo) {
+  const std::string text =
+      MeasurementsToSmis(TableOf({Measured("shoulder_length_right", 120), Measured("shoulder_length_left", 125)}),
+                         SewingDialect::kSeamly)
+          .text;
+  EXPECT_THAT(text, HasSubstr("name=\"shoulder_length\" value=\"122.50\""));
+  EXPECT_THAT(text, HasSubstr("name=\"@annulus_shoulder_length_right\" value=\"120.00\""));
+  EXPECT_THAT(text, HasSubstr("name=\"@annulus_shoulder_length_left\" value=\"125.00\""));
 }
 
 TEST(Smis, GivesTheHeightOfAHorizontalLevelAtFrontSideAndBack) {
