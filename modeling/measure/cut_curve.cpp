@@ -269,6 +269,7 @@ CutWalk CutCurve::Walk(const SurfacePlace& start, CutDirection direction, std::s
   std::vector<SurfacePlace> goals(targets.begin(), targets.end());
   goals.push_back(start);
   std::vector<Eigen::Vector3d> positions;
+  positions.reserve(goals.size());
   for (const SurfacePlace& goal : goals) positions.push_back(surface_->Point(goal.theta, goal.z));
   walk.nodes.push_back(*first);
   double length = 0.5 * LongestStep(*first);

@@ -151,7 +151,8 @@ struct Chain {
 
   [[nodiscard]] Crossed At(long number) const {
     const long count = static_cast<long>(steps.size());
-    const long around = closed ? static_cast<long>(std::floor(double(number) / double(count))) : 0;
+    const long around =
+        closed ? static_cast<long>(std::floor(static_cast<double>(number) / static_cast<double>(count))) : 0;
     Crossed step = steps[static_cast<std::size_t>(closed ? number - around * count : number - first)];
     step.cell.angle += around * turn;
     return step;
