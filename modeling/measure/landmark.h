@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "modeling/measure/measured_surface.h"
 
 namespace annulus {
@@ -45,6 +46,7 @@ struct Landmark {
 struct Landmarks {
   std::vector<Landmark> found;
   std::vector<std::string> omitted;  ///< One sentence each.
+  double front = kPi / 2.0;          ///< rad: the direction in which the subject stands, as the trunk or the eyes say.
 
   /// Null if it was not found.
   [[nodiscard]] const Landmark* Find(std::string_view id) const;

@@ -1,6 +1,7 @@
 #include "modeling/measure/landmarks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -12,6 +13,19 @@
 #include "modeling/measure/landmark_catalog.h"
 
 namespace annulus {
+namespace {
+
+/// Where the subject looks: the trunk says it best, then the eyes.
+double FrontOf(const BodyShape& shape, const Landmarks& head) {
+  if (shape.waist || shape.hip) return shape.front;
+  const Landmark* right = head.Find("eye_right");
+  const Landmark* left = head.Find("eye_left");
+  if (right == nullptr || left == nullptr) return shape.front;
+  const Eigen::Vector3d across = right->position - left->position;
+  return std::atan2(across.y(), across.x()) + kPi / 2.0;
+}
+
+}  // namespace
 
 Landmarks FindLandmarks(const MeasuredSurface& body, const TaskContext& context) {
   const BodyShape shape = FindBodyShape(body, context);
@@ -19,6 +33,7 @@ Landmarks FindLandmarks(const MeasuredSurface& body, const TaskContext& context)
   Landmarks levels = FindLevels(body, shape);
   Landmarks points = FindBodyPoints(body, shape, levels);
   Landmarks all;
+  all.front = FrontOf(shape, head);
   for (const Landmark& entry : AllLandmarks()) {
     for (Landmarks* part : {&head, &levels, &points}) {
       const auto found = std::find_if(part->found.begin(), part->found.end(),

@@ -132,7 +132,7 @@ void AddLevels(MeasurementList& list) {
   for (const LevelRow& row : kRows) {
     const Landmark* landmark = list.Find(row.landmark);
     if (landmark == nullptr) continue;
-    const auto section = LevelMeasures::At(list.body(), sampler, *landmark);
+    const auto section = LevelMeasures::At(list.body(), sampler, *landmark, list.front());
     if (section) {
       AddRow(list, row, *section);
     } else {

@@ -39,15 +39,12 @@ double ExtentOf(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2
   return points[Farthest(points, direction)].dot(direction) - points[Farthest(points, -direction)].dot(direction);
 }
 
-/// The part of the hull with sign · (y − middle) >= 0, by the hull's own corners and two points on its edges.
-struct ArcPoint {
-  Eigen::Vector2d point;
-  std::size_t index = 0;  ///< Of the corner.
-  bool crossing = false;  ///< On the plane: of the edge that leaves corner `index`.
-};
+using ArcPoint = LevelMeasures::ArcPoint;
+
+/// The part of the hull with side · p >= middle.
 std::vector<ArcPoint> ArcOf(const std::vector<Eigen::Vector2d>& points, const std::vector<std::size_t>& hull,
-                            double middle, double sign) {
-  const auto inside = [&](const Eigen::Vector2d& p) { return sign * (p.y() - middle) >= 0.0; };
+                            double middle, const Eigen::Vector2d& side) {
+  const auto inside = [&](const Eigen::Vector2d& p) { return side.dot(p) >= middle; };
   std::vector<ArcPoint> arc;
   std::size_t start = 0;  // the last corner outside before the arc begins
   for (std::size_t k = 0; k < hull.size(); ++k) {
@@ -56,7 +53,7 @@ std::vector<ArcPoint> ArcOf(const std::vector<Eigen::Vector2d>& points, const st
   const auto crossing = [&](std::size_t a, std::size_t b) {
     const Eigen::Vector2d& p = points[a];
     const Eigen::Vector2d& q = points[b];
-    return ArcPoint{p + (q - p) * ((middle - p.y()) / (q.y() - p.y())), a, true};
+    return ArcPoint{p + (q - p) * ((middle - side.dot(p)) / side.dot(q - p)), a, true};
   };
   for (std::size_t step = 0; step < hull.size(); ++step) {
     const std::size_t a = hull[(start + step) % hull.size()];
@@ -74,16 +71,16 @@ double ArcLength(const std::vector<ArcPoint>& arc) {
   return length;
 }
 
-double MiddleDepth(const std::vector<Eigen::Vector2d>& points) {
-  const Eigen::Vector2d front = Eigen::Vector2d::UnitY();
-  return 0.5 * (points[Farthest(points, front)].y() + points[Farthest(points, -front)].y());
+/// Halfway between the points farthest along a direction and against it.
+double Middle(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& direction) {
+  return 0.5 * (points[Farthest(points, direction)] + points[Farthest(points, -direction)]).dot(direction);
 }
 
 }  // namespace
 
 Result<LevelMeasures> LevelMeasures::At(const MeasuredSurface& body, const SectionSampler& sampler,
-                                        const Landmark& level) {
-  LevelMeasures measures(body, sampler, level);
+                                        const Landmark& level, double front) {
+  LevelMeasures measures(body, sampler, level, front);
   auto section = SectionAt(body, level.z.value);
   if (!section) return Fail(section);
   measures.section_ = std::move(*section);
@@ -155,50 +152,53 @@ RawMeasurement LevelMeasures::Extent(const Eigen::Vector2d& direction) const {
   return raw;
 }
 
-RawMeasurement LevelMeasures::Breadth() const { return Extent(Eigen::Vector2d::UnitX()); }
-RawMeasurement LevelMeasures::Depth() const { return Extent(Eigen::Vector2d::UnitY()); }
+RawMeasurement LevelMeasures::Breadth() const { return Extent({front_.y(), -front_.x()}); }
+RawMeasurement LevelMeasures::Depth() const { return Extent(front_); }
 
-RawMeasurement LevelMeasures::Arc(ArcSide side) const {
-  const double sign = side == ArcSide::kFront ? 1.0 : -1.0;
-  const double middle = MiddleDepth(points_);
-  const std::vector<ArcPoint> arc = ArcOf(points_, hull_, middle, sign);
-  const SplineSurface& surface = body_->surface();
+RawMeasurement LevelMeasures::Arc(ArcSide part) const {
+  const Eigen::Vector2d side = part == ArcSide::kFront ? front_ : Eigen::Vector2d(-front_);
+  const double middle = Middle(points_, side);
+  const std::vector<ArcPoint> arc = ArcOf(points_, hull_, middle, side);
   const double z = level_->z.value;
   std::vector<PathPoint> path;
-  for (const ArcPoint& p : arc) {
-    PathPoint point = RadialPoint(surface, {sampler_->directions()[p.index], z});
-    point.position = {p.point.x(), p.point.y(), z};
-    // A point on the plane stays on it: it moves sideways as the skin does.
-    if (p.crossing) {
-      const Eigen::Vector3d normal = surface.Normal(point.place.theta, z);
-      const bool sideways = std::abs(normal.x()) > 0.2;
-      point.by_radius = sideways ? Eigen::Vector3d(point.by_radius.dot(normal) / normal.x(), 0.0, 0.0)
-                                 : Eigen::Vector3d(Eigen::Vector3d::Zero());
-    }
-    path.push_back(point);
-  }
-  Estimate length = PolygonLength(surface, path, PathEnds::kOpen);
-  // The plane moves with the most forward and the most rearward point.
+  for (const ArcPoint& p : arc) path.push_back(OnArc(p));
+  Estimate length = PolygonLength(body_->surface(), path, PathEnds::kOpen);
+  // The plane moves with the points farthest to the front and to the back.
   constexpr double kPlaneStep = 1.0;  // mm
-  const double by_middle = (ArcLength(ArcOf(points_, hull_, middle + kPlaneStep, sign)) -
-                            ArcLength(ArcOf(points_, hull_, middle - kPlaneStep, sign))) /
+  const double by_middle = (ArcLength(ArcOf(points_, hull_, middle + kPlaneStep, side)) -
+                            ArcLength(ArcOf(points_, hull_, middle - kPlaneStep, side))) /
                            (2.0 * kPlaneStep);
-  GradientSum gradient(surface);
+  GradientSum gradient(body_->surface());
   gradient.Add(length.gradient, 1.0);
-  for (const double toward : {1.0, -1.0}) {
-    const double theta = sampler_->directions()[Farthest(points_, toward * Eigen::Vector2d::UnitY())];
-    gradient.AddRadius(theta, z, 0.5 * by_middle * std::sin(theta));
+  for (const double sign : {1.0, -1.0}) {
+    const double theta = sampler_->directions()[Farthest(points_, sign * side)];
+    gradient.AddRadius(theta, z, 0.5 * by_middle * side.dot(Eigen::Vector2d(std::cos(theta), std::sin(theta))));
   }
   const double share = length.value / TapeLength(points_);
   length.gradient = gradient.Get();
   RawMeasurement raw = Raw(WithUnresolved(length, share * section_.tape.unresolved));
   FollowLevel(raw, [&](const std::vector<Eigen::Vector2d>& points) {
-    return ArcLength(ArcOf(points, HullOfSection(points), MiddleDepth(points), sign));
+    return ArcLength(ArcOf(points, HullOfSection(points), Middle(points, side), side));
   });
   std::vector<Eigen::Vector3d> line;
   for (const PathPoint& point : path) line.push_back(point.position);
   raw.paths = {std::move(line)};
   return raw;
+}
+
+PathPoint LevelMeasures::OnArc(const ArcPoint& p) const {
+  const double z = level_->z.value;
+  PathPoint point = RadialPoint(body_->surface(), {sampler_->directions()[p.index], z});
+  point.position = {p.point.x(), p.point.y(), z};
+  if (!p.crossing) return point;
+  // A point on the plane stays on it: it moves sideways as the skin does.
+  const Eigen::Vector3d normal = body_->surface().Normal(point.place.theta, z);
+  const Eigen::Vector3d aside(front_.y(), -front_.x(), 0.0);
+  const double faces = normal.dot(aside);
+  const bool sideways = std::abs(faces) > 0.2;
+  point.by_radius = sideways ? Eigen::Vector3d(aside * (point.by_radius.dot(normal) / faces))
+                             : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  return point;
 }
 
 }  // namespace annulus

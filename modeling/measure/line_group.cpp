@@ -14,8 +14,8 @@
 namespace annulus {
 namespace {
 
-/// Where on the body a line runs down.
-enum class LineSide { kFront, kBack, kRight, kLeft };
+/// Where on the body a line runs down: quarter turns from the front, counter-clockwise seen from above.
+enum class LineSide { kFront = 0, kLeft = 1, kBack = 2, kRight = 3 };
 
 struct LineRow {
   const char* upper;
@@ -51,13 +51,10 @@ const char* SideWord(LineSide side) {
 }
 
 /// The direction in which the line runs, rad: through the upper point, or where the side's mid-plane meets the section.
-double DirectionOf(const MeasuredSurface& body, const LineRow& row, const Landmark& upper, const Landmark& lower) {
+double DirectionOf(const MeasurementList& list, const LineRow& row, const Landmark& upper, const Landmark& lower) {
   if (upper.kind == LandmarkKind::kPoint) return upper.theta.value;
-  const double quarter = static_cast<double>(row.side == LineSide::kFront   ? 1
-                                             : row.side == LineSide::kBack  ? 3
-                                             : row.side == LineSide::kRight ? 0
-                                                                            : 2);
-  return MidDirection(body, quarter * kPi / 2.0, 0.5 * (upper.z.value + lower.z.value));
+  const double quarters = static_cast<double>(static_cast<int>(row.side));
+  return MidDirection(list.body(), list.front() + quarters * kPi / 2.0, 0.5 * (upper.z.value + lower.z.value));
 }
 
 std::vector<Eigen::Vector3d> LineOf(const MeasuredSurface& body, double theta, double low, double high) {
@@ -69,9 +66,10 @@ std::vector<Eigen::Vector3d> LineOf(const MeasuredSurface& body, double theta, d
 
 /// The length along the meridian and how it follows its ends.
 using MeridianMeasure = Result<Estimate> (*)(const MeasuredSurface&, double, double, double);
-Result<RawMeasurement> LineLength(const MeasuredSurface& body, const LineRow& row, const Landmark& upper,
+Result<RawMeasurement> LineLength(const MeasurementList& list, const LineRow& row, const Landmark& upper,
                                   const Landmark& lower, MeridianMeasure measure) {
-  const double theta = DirectionOf(body, row, upper, lower);
+  const MeasuredSurface& body = list.body();
+  const double theta = DirectionOf(list, row, upper, lower);
   const auto length = measure(body, theta, lower.z.value, upper.z.value);
   if (!length) return Fail(length);
   RawMeasurement raw;
@@ -112,7 +110,7 @@ void AddLine(MeasurementList& list, const LineRow& row) {
         method,
         "mm",
         kSegmentLengthLimit};
-    auto raw = LineLength(list.body(), row, *upper, *lower, measure);
+    auto raw = LineLength(list, row, *upper, *lower, measure);
     if (raw) raw->spec = spec;
     list.Add(spec, std::move(raw));
   }

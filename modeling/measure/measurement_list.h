@@ -44,6 +44,8 @@ class MeasurementList {
   [[nodiscard]] const MeasuredSurface& body() const { return *body_; }
   /// Null if the landmark was not found.
   [[nodiscard]] const Landmark* Find(const std::string& id) const { return landmarks_.Find(id); }
+  /// Landmarks::front, rad.
+  [[nodiscard]] double front() const { return landmarks_.front; }
   void Add(RawMeasurement raw) { raw_.push_back(std::move(raw)); }
   /// Adds a measurement, or a sentence on why it is left out.
   void Add(const MeasurementSpec& spec, Result<RawMeasurement> raw);
