@@ -51,12 +51,14 @@ class Patterns(ProgramTest):
         """Exports the block's only piece as SVG."""
         if not shutil.which("valentina"):
             self.skipTest("valentina is not installed: apt-get install valentina")
-        os.makedirs(self.path("home"), exist_ok=True)
+        os.makedirs(self.path("home"), mode=0o700, exist_ok=True)
         os.makedirs(self.path("pieces"), exist_ok=True)
         shutil.copy(BLOCK, self.path("block.val"))
+        # Its settings, logs and locks stay in the test's folder.
+        places = {name: self.path("home") for name in ("HOME", "XDG_CONFIG_HOME", "XDG_RUNTIME_DIR", "XDG_DATA_HOME")}
         return subprocess.run(
             ["valentina", "--exportOnlyDetails", "-b", "block", "-d", "pieces", "-f", "0", "-m", measurements, "block.val"],
-            cwd=self.folder, env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": self.path("home")},
+            cwd=self.folder, env={**os.environ, **places, "QT_QPA_PLATFORM": "offscreen"},
             stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120 * TIME_FACTOR, check=False)
 
     def piece_corners(self):
