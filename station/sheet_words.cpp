@@ -207,7 +207,7 @@ std::string_view GroupTitle(SheetGroup group, SheetLanguage language) {
 std::string TermIn(const Measurement& measurement, SheetLanguage language) {
   if (language == SheetLanguage::kEnglish) return measurement.term;
   std::string id = measurement.id;
-  const bool skin = measurement.method.starts_with("skin") && measurement.unit == "mm";
+  const bool skin = measurement.method == "skin, vertical" || measurement.method == "skin, horizontal";
   if (id.ends_with("_perimeter")) id.replace(id.rfind("_perimeter"), std::string::npos, "_girth");
   if (id.ends_with("_tape")) id.erase(id.rfind("_tape"));
   const auto found = std::find_if(kTerms.begin(), kTerms.end(), [&](const Term& term) { return term.id == id; });
