@@ -31,6 +31,20 @@ struct SectionOptions {
   std::string json;
 };
 
+/// Why a section is not one loop that the ring saw from all sides; empty if it is.
+std::string WhyNotOneLoop(const SurfaceModel& model, const SectionMeasures& section) {
+  std::string why;
+  for (std::size_t k = 1; k < model.segments.size(); ++k) {
+    const SurfaceSegment& other = model.segments[k];
+    if (section.z < other.surface.z_min() || section.z > other.surface.z_max()) continue;
+    why += (why.empty() ? "the " : ", the ") + other.name;
+  }
+  if (!why.empty()) return why + " is beside it";
+  if (section.measured_share < 1.0) return "part of it is inferred";
+  if (section.steps == 0) return "";
+  return fmt::format("its outline runs along the rays in {} place{}", section.steps, section.steps == 1 ? "" : "s");
+}
+
 Status RunSection(const SectionOptions& options, CommandIo& io) {
   const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
@@ -41,11 +55,13 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
   }
   const auto s = MeasureSection(loaded->body, options.z_mm);
   if (!s) return Fail(s);
+  const std::string not_one_loop = WhyNotOneLoop(*loaded->model, *s);
   if (options.json.empty()) {
+    const std::string note = not_one_loop.empty() ? "" : "  not one visible loop: " + not_one_loop + "\n";
     return io.Print(fmt::format("section at z = {:.1f} mm ({:.1f} % measured)\n", s->z, 100.0 * s->measured_share) +
                     fmt::format("  perimeter {:10.2f} mm   ± {:.2f} (1 sd)\n", s->perimeter.value, s->perimeter.sigma) +
                     fmt::format("  tape      {:10.2f} mm   ± {:.2f}\n", s->tape.value, s->tape.sigma) +
-                    fmt::format("  area      {:10.1f} mm²  ± {:.1f}\n", s->area.value, s->area.sigma));
+                    fmt::format("  area      {:10.1f} mm²  ± {:.1f}\n", s->area.value, s->area.sigma) + note);
   }
   return io.WriteJson(options.json, {{"z_mm", s->z},
                                      {"perimeter_mm", s->perimeter.value},
@@ -54,7 +70,9 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
                                      {"perimeter_sigma_mm", JsonNumber(s->perimeter.sigma)},
                                      {"tape_sigma_mm", JsonNumber(s->tape.sigma)},
                                      {"area_sigma_mm2", JsonNumber(s->area.sigma)},
-                                     {"measured_share", s->measured_share}});
+                                     {"measured_share", s->measured_share},
+                                     {"one_visible_loop", not_one_loop.empty()},
+                                     {"why_not_one_loop", not_one_loop}});
 }
 
 struct SlabOptions {

@@ -6,11 +6,12 @@
 #include <string>
 
 #include "base/frames.h"
+#include "base/units.h"
 #include "modeling/measure/gauss.h"
 #include "modeling/measure/number_text.h"
+#include "modeling/measure/section_sampler.h"
 #include "modeling/measure/surface_path.h"
 #include "modeling/measure/unresolved_length.h"
-#include "modeling/mesh/convex_hull_2d.h"
 
 namespace annulus {
 namespace {
@@ -44,49 +45,75 @@ Slopes Apply(const RadiusRow& row, const Eigen::VectorXd& c) {
   return s;
 }
 
-/// Directions in which the tape may touch, rad. Between two sensor directions the surface is dense, but not beside a
-/// step (slope over 45 degrees: the edge of an ear, an arm before the body), where a smooth curve swings over the edge
-/// that no sensor saw: there only the sensors' own directions count.
-std::vector<double> TapeDirections(const MeasuredSurface& body, double z) {
+/// What a ring sees of the outline of a section.
+struct Outline {
+  std::vector<double> directions;  ///< In which the tape may touch, rad.
+  std::vector<char> beside_step;   ///< Per direction.
+  std::size_t steps = 0;           ///< Places where the outline runs along the rays.
+  double spacing = 0.0;            ///< Of the sensors' directions, rad.
+};
+
+/// Number of runs of true values on a circle.
+std::size_t CircularRuns(const std::vector<char>& flags) {
+  std::size_t runs = 0;
+  for (std::size_t k = 0; k < flags.size(); ++k) {
+    if (flags[k] != 0 && flags[(k + 1) % flags.size()] == 0) ++runs;
+  }
+  return runs;
+}
+
+/// Between two sensor directions the surface is dense, but not beside a step (slope over 45 degrees: the edge of an
+/// ear, an arm before the body), where a smooth curve swings over the edge that no sensor saw: there only the sensors'
+/// own directions count.
+Outline OutlineAt(const MeasuredSurface& body, double z) {
   const std::size_t columns = std::max<std::size_t>(8, body.segment().knowledge.columns());
-  const double step = kTwoPi / static_cast<double>(columns);
+  Outline outline;
+  outline.spacing = kTwoPi / static_cast<double>(columns);
   const std::size_t between = std::max<std::size_t>(1, (kTapePoints + columns - 1) / columns);
   std::vector<double> radius(columns);
-  for (std::size_t k = 0; k < columns; ++k) radius[k] = body.surface().Radius(static_cast<double>(k) * step, z);
+  for (std::size_t k = 0; k < columns; ++k) {
+    radius[k] = body.surface().Radius(static_cast<double>(k) * outline.spacing, z);
+  }
   std::vector<char> steep(columns);  // from column k to the next
   for (std::size_t k = 0; k < columns; ++k) {
     const double next = radius[(k + 1) % columns];
-    steep[k] = std::abs(next - radius[k]) > 0.5 * (next + radius[k]) * step ? 1 : 0;
+    steep[k] = std::abs(next - radius[k]) > 0.5 * (next + radius[k]) * outline.spacing ? 1 : 0;
   }
-  std::vector<double> directions;
   for (std::size_t k = 0; k < columns; ++k) {
     const bool beside = steep[(k + columns - 1) % columns] != 0 || steep[k] != 0 || steep[(k + 1) % columns] != 0;
     for (std::size_t j = 0; j < (beside ? 1 : between); ++j) {
-      directions.push_back((static_cast<double>(k) + static_cast<double>(j) / static_cast<double>(between)) * step);
+      const double share = static_cast<double>(j) / static_cast<double>(between);
+      outline.directions.push_back((static_cast<double>(k) + share) * outline.spacing);
+      outline.beside_step.push_back(beside ? 1 : 0);
     }
   }
-  return directions;
+  outline.steps = CircularRuns(steep);
+  return outline;
 }
 
-/// The hull of points in a plane, as points of the path.
-Estimate HullLength(const SplineSurface& surface, const std::vector<PathPoint>& points) {
-  std::vector<Eigen::Vector2d> flat;
-  for (const PathPoint& point : points) flat.emplace_back(point.position.head<2>());
-  // The hull's corners are points of the curve, to the bit, in its order: both run counter-clockwise.
-  std::vector<PathPoint> corners;
-  const std::vector<Eigen::Vector2d> hull = ConvexHull(flat);
-  for (const Eigen::Vector2d& corner : hull) {
-    const auto at = std::find(flat.begin(), flat.end(), corner);
-    corners.push_back(points[static_cast<std::size_t>(at - flat.begin())]);
-  }
-  return PolygonLength(surface, corners, PathEnds::kClosed);
-}
+/// sd of a length that turns at `edges` edges, each anywhere between two directions `spacing` apart: a uniform error.
+double EdgeSigma(std::size_t edges, double spacing) { return spacing * std::sqrt(static_cast<double>(edges) / 12.0); }
 
-Estimate TapeOfSection(const MeasuredSurface& body, double z) {
-  const std::vector<double> directions = TapeDirections(body, z);
+Estimate TapeOfSection(const MeasuredSurface& body, const Outline& outline, double z) {
+  const SplineSurface& surface = body.surface();
   std::vector<PathPoint> curve;
-  for (const double theta : directions) curve.push_back(RadialPoint(body.surface(), {theta, z}));
-  return WithUnresolved(HullLength(body.surface(), curve), UnresolvedHullLength(body, directions, z));
+  std::vector<Eigen::Vector2d> flat;
+  for (const double theta : outline.directions) {
+    curve.push_back(RadialPoint(surface, {theta, z}));
+    flat.emplace_back(curve.back().position.head<2>());
+  }
+  std::vector<PathPoint> corners;
+  std::vector<char> at_step;
+  double reach = 0.0;
+  for (const std::size_t k : HullOfSection(flat)) {
+    corners.push_back(curve[k]);
+    at_step.push_back(outline.beside_step[k]);
+    if (at_step.back() != 0) reach = std::max(reach, flat[k].norm());
+  }
+  Estimate tape = WithUnresolved(PolygonLength(surface, corners, PathEnds::kClosed),
+                                 UnresolvedHullLength(body, outline.directions, z));
+  tape.unresolved = std::hypot(tape.unresolved, EdgeSigma(CircularRuns(at_step), reach * outline.spacing));
+  return tape;
 }
 
 double UnresolvedPerimeter(const MeasuredSurface& body, double z) {
@@ -148,18 +175,23 @@ Result<SectionEstimates> SectionAt(const MeasuredSurface& body, double z) {
     }
     area_gradient.AddRow(row, node.weight * s.r, 0.0, 0.0);
   }
-  return SectionEstimates{z,
-                          WithUnresolved({perimeter, perimeter_gradient.Get()}, UnresolvedPerimeter(body, z)),
-                          TapeOfSection(body, z),
-                          {area, area_gradient.Get()},
-                          shares.measured};
+  const Outline outline = OutlineAt(body, z);
+  Estimate skin = WithUnresolved({perimeter, perimeter_gradient.Get()}, UnresolvedPerimeter(body, z));
+  const double mean_radius = std::sqrt(area / kPi);
+  skin.unresolved = std::hypot(skin.unresolved, EdgeSigma(outline.steps, mean_radius * outline.spacing));
+  return SectionEstimates{
+      z, skin, TapeOfSection(body, outline, z), {area, area_gradient.Get()}, shares.measured, outline.steps};
 }
 
 Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {
   const auto section = SectionAt(body, z);
   if (!section) return Fail(section);
-  return SectionMeasures{z, body.WithSigma(section->perimeter), body.WithSigma(section->tape),
-                         body.WithSigma(section->area), section->measured_share};
+  return SectionMeasures{z,
+                         body.WithSigma(section->perimeter),
+                         body.WithSigma(section->tape),
+                         body.WithSigma(section->area),
+                         section->measured_share,
+                         section->steps};
 }
 
 Result<std::vector<Eigen::Vector2d>> SectionCurve(const MeasuredSurface& body, double z, std::size_t points) {

@@ -15,6 +15,9 @@ struct SectionEstimates {
   Estimate tape;                ///< mm; length of its convex hull: what a tape reads.
   Estimate area;                ///< mm²
   double measured_share = 0.0;  ///< Share of the angles at which the section was seen and not inferred, 0 … 1.
+  /// Places where the outline runs along the rays (over 45 degrees): behind them may lie what no ring sees, and the
+  /// section is not one visible loop. Each adds to the uncertainty that its edge lies between two directions.
+  std::size_t steps = 0;
 };
 
 /// Measures the section at `z`, mm. Perimeter and area by Gauss quadrature on every spline piece (error <= 1e-6
@@ -29,6 +32,9 @@ struct SectionMeasures {
   Uncertain tape;               ///< mm; length of its convex hull: what a tape reads.
   Uncertain area;               ///< mm²
   double measured_share = 0.0;  ///< Share of the angles at which the section was seen and not inferred, 0 … 1.
+  /// Places where the outline runs along the rays (over 45 degrees): behind them may lie what no ring sees, and the
+  /// section is not one visible loop. Each adds to the uncertainty that its edge lies between two directions.
+  std::size_t steps = 0;
 };
 
 /// SectionAt with standard uncertainties. Same failures.
