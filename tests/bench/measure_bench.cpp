@@ -9,11 +9,17 @@
 #include "fitting/fit_surface.h"
 #include "modeling/measure/closest_point.h"
 #include "modeling/measure/curvature.h"
+#include "modeling/measure/geodesic.h"
+#include "modeling/measure/landmarks.h"
+#include "modeling/measure/plane_cut.h"
+#include "modeling/measure/region.h"
 #include "modeling/measure/section.h"
 #include "modeling/measure/section_svg.h"
 #include "modeling/measure/slab.h"
 #include "modeling/measure/surface_cursor.h"
 #include "modeling/measure/systematic.h"
+#include "modeling/measure/table.h"
+#include "modeling/measure/taut_tape.h"
 #include "tests/bench/bench_scan.h"
 
 // Queries of one fitted model that is loaded: what a person waits for. No single one may take more than 20 ms.
@@ -75,6 +81,19 @@ Result<SystematicSigmas> SystematicOfSlab(const QueryBody& b) {
   return SigmasFrom(Errors(), *b.body, slab->volume);
 }
 
+/// The whole table with its landmarks: what a customer waits for.
+Result<MeasurementTable> WholeTable(const QueryBody& b) { return MeasureTable(*b.body, FindLandmarks(*b.body, {})); }
+
+/// Two places on the front and the left side, between which distances are taken.
+SurfacePlace FrontOf(const QueryBody& b) { return {1.3, b.HeightAt(0.62)}; }
+SurfacePlace SideOf(const QueryBody& b) { return {2.6, b.HeightAt(0.45)}; }
+
+/// A patch of the front, cut by two planes.
+Result<RegionEstimates> PatchOfFront(const QueryBody& b) {
+  return RegionBetween(
+      *b.body, {{1.2, b.HeightAt(0.5)}, {1.9, b.HeightAt(0.5)}, {1.55, b.HeightAt(0.55)}, {1.55, b.HeightAt(0.42)}});
+}
+
 /// One row per query and body. A query returns a Result; a new one is a line more.
 [[maybe_unused]] const bool registered = [] {
   for (const std::string name : {"tube", "head_leeperrysmith", "torso_mean_female"}) {
@@ -106,6 +125,15 @@ Result<SystematicSigmas> SystematicOfSlab(const QueryBody& b) {
       return MoveCursorStraight(*b.body, {1.0, b.HeightAt(0.5)}, 0.3, 300.0);
     });
     add("CursorStep", [](const QueryBody& b) { return StepCursor(*b.body, {1.0, b.HeightAt(0.5)}, 1.0, 10.0); });
+    add("Landmarks", [](const QueryBody& b) { return Result<Landmarks>(FindLandmarks(*b.body, {})); });
+    add("TableWithLandmarks", WholeTable);
+    add("DistanceByPlane", [](const QueryBody& b) {
+      return DistanceByPlane(*b.body, FrontOf(b), {1.9, b.HeightAt(0.55)}, SideOf(b), CutMethod::kSpline);
+    });
+    add("Geodesic", [](const QueryBody& b) { return GeodesicDistance(*b.body, FrontOf(b), SideOf(b)); });
+    add("TautTape", [](const QueryBody& b) { return TautTape(*b.body, FrontOf(b), SideOf(b)); });
+    add("TautLoop", [](const QueryBody& b) { return TautLoop(*b.body, b.HeightAt(0.5)); });
+    add("Region", PatchOfFront);
   }
   return true;
 }();

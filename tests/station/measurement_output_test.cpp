@@ -15,7 +15,12 @@ using testing::HasSubstr;
 MeasurementTable TwoGirths() {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   MeasurementTable table;
-  table.levels.push_back({"neck", 1445.0, "smallest girth"});
+  Landmark neck;
+  neck.id = "level.neck";
+  neck.kind = LandmarkKind::kLevel;
+  neck.definition = "smallest girth";
+  neck.z.value = 1445.0;
+  table.landmarks.found.push_back(neck);
   table.measurements.push_back(
       {"neck_girth", "Neck girth", "Taken level.", "mm", {350.0, 1.0}, 0.975, 4.0, {"level.neck"}});
   table.measurements.push_back(
