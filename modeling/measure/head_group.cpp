@@ -59,6 +59,7 @@ Result<RawMeasurement> EarToEar(const MeasuredSurface& body, const Landmark& rig
   raw.landmarks = {right.id, via.id, left.id};
   raw.paths.emplace_back();
   for (const PathPoint& point : arc->path) raw.paths.back().push_back(point.position);
+  raw.height_share = HeightShare(raw.paths.back());
   constexpr double kStep = 2.0;  // mm
   if (const auto raised = length(kStep)) {
     Follow(raw, via.z, (raised->length.value - arc->length.value) / kStep, via.placing_up);

@@ -113,6 +113,7 @@ Result<RawMeasurement> NeckBase(const MeasuredSurface& body, const Landmark& fro
   raw.paths.emplace_back();
   for (const PathPoint& point : girth->tape_path) raw.paths.back().push_back(point.position);
   if (!raw.paths.back().empty()) raw.paths.back().push_back(raw.paths.back().front());
+  raw.height_share = HeightShare(raw.paths.back());
   // The plane is raised and tilted by its two points: differences of 2 mm.
   constexpr double kStep = 2.0;
   for (const auto& [landmark, a, b] : {std::tuple{&front, kStep, 0.0}, std::tuple{&back, 0.0, kStep}}) {

@@ -92,7 +92,7 @@ Result<RawMeasurement> LineLength(const MeasurementList& list, const LineRow& ro
     const double across = FrameAt(body, PlaceOf(upper)).by_theta.norm();
     Follow(raw, upper.theta, by_theta, across > 0.0 ? upper.placing_across / across : 0.0);
   }
-  raw.height_share = raw.estimate.value;
+  raw.height_share = HeightShare(raw.paths.front());
   return raw;
 }
 

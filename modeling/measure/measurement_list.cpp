@@ -14,6 +14,15 @@ void Follow(RawMeasurement& raw, const Estimate& coordinate, double derivative, 
   raw.placing_variance += derivative * derivative * placing * placing;
 }
 
+double HeightShare(const std::vector<Eigen::Vector3d>& line) {
+  double share = 0.0;
+  for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    const Eigen::Vector3d edge = line[k + 1] - line[k];
+    if (edge.norm() > 0.0) share += edge.z() * edge.z() / edge.norm();
+  }
+  return share;
+}
+
 MeasurementList::MeasurementList(const MeasuredSurface& body, Landmarks landmarks)
     : body_(&body), landmarks_(std::move(landmarks)) {}
 
@@ -30,6 +39,14 @@ void MeasurementList::Omit(const std::string& term, const std::string& why) {
 }
 
 MeasurementTable MeasurementList::Finish() {
+  // Wrong heights move a whole scan, the landmarks with it, found or given: what becomes of a number is known exactly
+  // by its height_share and height_offset, and need not be linearised by the gradient, which would count it twice.
+  SystematicErrors at_right_heights;
+  if (body_->systematic() != nullptr) at_right_heights = *body_->systematic();
+  if (at_right_heights.calibration) {
+    at_right_heights.calibration->height_scale_sigma = 0.0;
+    at_right_heights.calibration->height_offset_sigma = 0.0;
+  }
   std::vector<Estimate> estimates;
   for (const RawMeasurement& raw : raw_) estimates.push_back(raw.estimate);
   const std::vector<Uncertain> numbers = body_->WithSigmas(estimates);
@@ -45,7 +62,7 @@ MeasurementTable MeasurementList::Finish() {
     if (std::isnan(numbers[k].sigma)) budget.fit = numbers[k].sigma;
     budget.landmarks = std::sqrt(raw.placing_variance);
     if (const SystematicErrors* errors = body_->systematic()) {
-      const SystematicSigmas sigmas = SigmasFrom(*errors, *body_, raw.estimate);
+      const SystematicSigmas sigmas = SigmasFrom(at_right_heights, *body_, raw.estimate);
       const double scale = errors->calibration ? errors->calibration->height_scale_sigma * raw.height_share : 0.0;
       const double offset = errors->calibration ? errors->calibration->height_offset_sigma * raw.height_offset : 0.0;
       budget.calibration = std::hypot(sigmas.calibration, scale, offset);

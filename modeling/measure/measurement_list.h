@@ -24,8 +24,8 @@ struct RawMeasurement {
   MeasurementSpec spec;
   Estimate estimate;                   ///< Moves with the surface and with the landmarks on it.
   double placing_variance = 0.0;       ///< From the placing of landmarks, unit².
-  double height_share = 0.0;           ///< d(value)/d(scale of heights): the value of a height, 0 of a girth.
-  double height_offset = 0.0;          ///< d(value)/d(offset of heights): 1 of a height over the floor.
+  double height_share = 0.0;           ///< d(value)/d(scale of heights): the value of a height, 0 of a level girth.
+  double height_offset = 0.0;          ///< d(value)/d(offset of heights): 1 of a height over the floor, else 0.
   double measured_share = 0.0;         ///< 0 … 1
   std::vector<std::string> landmarks;  ///< Ids.
   std::vector<std::vector<Eigen::Vector3d>> paths{};
@@ -34,6 +34,9 @@ struct RawMeasurement {
 /// Makes a measurement follow a coordinate of a landmark (its z, or its theta): `derivative` is d(value)/d(coordinate),
 /// `placing` the sd of placing in the coordinate's unit.
 void Follow(RawMeasurement& raw, const Estimate& coordinate, double derivative, double placing);
+
+/// d(length)/d(scale of heights) of a line in space: Σ dz²/|edge|, mm.
+[[nodiscard]] double HeightShare(const std::vector<Eigen::Vector3d>& line);
 
 /// Collects measurements on one body; the uncertainties are taken all together at the end.
 class MeasurementList {

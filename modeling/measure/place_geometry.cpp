@@ -51,7 +51,7 @@ RawMeasurement StraightDistance(const MeasuredSurface& body, const Landmark& a, 
   const Eigen::Vector3d between = raw.paths[0][1] - raw.paths[0][0];
   const double distance = between.norm();
   raw.estimate.value = distance;
-  raw.height_share = distance > 0.0 ? between.z() * between.z() / distance : 0.0;
+  raw.height_share = HeightShare(raw.paths.front());
   const Eigen::Vector3d direction = between.stableNormalized();
   FollowPoint(raw, body, b, direction);
   FollowPoint(raw, body, a, -direction);
@@ -68,6 +68,7 @@ RawMeasurement SlopeBelowHorizontal(const MeasuredSurface& body, const Landmark&
     Eigen::Vector3d derivative;  // of the angle by the position of `to`, deg/mm
     derivative << between.head<2>() * (between.z() / (along * square)), -along / square;
     derivative *= DegreesFromRadians(1.0);
+    raw.height_share = derivative.z() * between.z();
     FollowPoint(raw, body, to, derivative);
     FollowPoint(raw, body, from, -derivative);
   }
