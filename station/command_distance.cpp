@@ -159,8 +159,8 @@ Status RunDistance(const DistanceOptions& options, CommandIo& io) {
   const double rim = RimShare(loaded->body.surface(), distance->path);
   const double measured = distance->knowledge.measured;
   if (options.json.empty()) {
-    std::string text = fmt::format("{} distance {:.2f} mm ± {:.2f} (1 sd), {:.1f} % measured\n", options.method,
-                                   length.value, length.sigma, 100.0 * measured);
+    std::string text = fmt::format("{} distance {:.2f} mm {}, {:.1f} % measured\n", options.method, length.value,
+                                   HalfWidth95Text(length, 2), 100.0 * measured);
     if (rim > 0.0) {
       text += fmt::format("{:.1f} % of it runs along the rim of the scanned range: the way beyond may be shorter\n",
                           100.0 * rim);

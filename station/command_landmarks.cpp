@@ -14,6 +14,7 @@
 #include "modeling/measure/landmarks.h"
 #include "station/commands.h"
 #include "station/loaded_model.h"
+#include "station/measurement_output.h"
 
 namespace annulus {
 namespace {
@@ -53,25 +54,27 @@ Result<GivenLandmark> ParseSet(const std::string& text) {
   return given;
 }
 
-std::string SigmaText(double sigma) { return std::isfinite(sigma) ? fmt::format("{:.1f}", sigma) : "–"; }
+std::string HalfText(double sigma) {
+  return std::isfinite(sigma) ? fmt::format("{:.1f}", HalfWidth95({0.0, sigma})) : "–";
+}
 
 std::string LineOf(const MeasuredSurface& body, const Landmark& landmark) {
   const bool is_point = landmark.kind == LandmarkKind::kPoint;
   const double up = std::hypot(body.WithSigma(landmark.z).sigma, landmark.placing_up);
   const double across =
       std::hypot(landmark.position.head<2>().norm() * body.WithSigma(landmark.theta).sigma, landmark.placing_across);
-  return fmt::format("{:<26} {:<34} {:>8} {:>9.1f}  {:>5} {:>5}  {:>4.0f} %  {}\n", landmark.id, landmark.term,
+  return fmt::format("{:<26} {:<34} {:>8} {:>9.1f}  {:>7} {:>7}  {:>8.0f} %  {}\n", landmark.id, landmark.term,
                      is_point ? fmt::format("{:.1f}", DegreesFromRadians(landmark.theta.value)) : "", landmark.z.value,
-                     is_point ? SigmaText(across) : "", SigmaText(up), 100.0 * landmark.confidence,
+                     is_point ? HalfText(across) : "", HalfText(up), 100.0 * landmark.confidence,
                      LandmarkSourceName(landmark.source));
 }
 
 std::string LandmarksText(const MeasuredSurface& body, const Landmarks& landmarks) {
-  std::string text = fmt::format("{:<26} {:<34} {:>8} {:>9}  {:>5} {:>5}  {:>6}  {}\n", "id", "term", "theta/°", "z/mm",
-                                 "±/mm", "±z/mm", "clear", "source");
+  std::string text = fmt::format("{:<26} {:<34} {:>8} {:>9}  {:>7} {:>7}  {:>10}  {}\n", "id", "term", "theta/°",
+                                 "z/mm", "± along", "± up", "confidence", "source");
   for (const Landmark& landmark : landmarks.found) text += LineOf(body, landmark);
   for (const std::string& sentence : landmarks.omitted) text += "not found: " + sentence + "\n";
-  return text;
+  return text + "± along, ± up: half widths of the 95 % intervals along the skin horizontally and in height, mm\n";
 }
 
 Status RunLandmarks(const LandmarksOptions& options, CommandIo& io) {

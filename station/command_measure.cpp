@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
-#include <map>
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "base/storage.h"
 #include "modeling/exchange/landmarks_json.h"
@@ -18,6 +18,7 @@
 #include "station/loaded_model.h"
 #include "station/measurement_files.h"
 #include "station/measurement_output.h"
+#include "station/units_text.h"
 
 namespace annulus {
 namespace {
@@ -58,10 +59,11 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
   const std::string not_one_loop = WhyNotOneLoop(*loaded->model, *s);
   if (options.json.empty()) {
     const std::string note = not_one_loop.empty() ? "" : "  not one visible loop: " + not_one_loop + "\n";
-    return io.Print(fmt::format("section at z = {:.1f} mm ({:.1f} % measured)\n", s->z, 100.0 * s->measured_share) +
-                    fmt::format("  perimeter {:10.2f} mm   ± {:.2f} (1 sd)\n", s->perimeter.value, s->perimeter.sigma) +
-                    fmt::format("  tape      {:10.2f} mm   ± {:.2f}\n", s->tape.value, s->tape.sigma) +
-                    fmt::format("  area      {:10.1f} mm²  ± {:.1f}\n", s->area.value, s->area.sigma) + note);
+    return io.Print(
+        fmt::format("section at z = {:.1f} mm ({:.1f} % measured)\n", s->z, 100.0 * s->measured_share) +
+        fmt::format("  perimeter {:10.2f} mm   {}\n", s->perimeter.value, HalfWidth95Text(s->perimeter, 2)) +
+        fmt::format("  tape      {:10.2f} mm   {}\n", s->tape.value, HalfWidth95Text(s->tape, 2)) +
+        fmt::format("  area      {:10.1f} mm²  {}\n", s->area.value, HalfWidth95Text(s->area, 1)) + note);
   }
   return io.WriteJson(options.json, {{"z_mm", s->z},
                                      {"perimeter_mm", s->perimeter.value},
@@ -90,8 +92,8 @@ Status RunSlab(const SlabOptions& options, CommandIo& io) {
   if (options.json.empty()) {
     return io.Print(fmt::format("slab from z = {:.1f} to {:.1f} mm ({:.1f} % measured)\n", s->z_min, s->z_max,
                                 100.0 * s->measured_share) +
-                    fmt::format("  volume {:12.0f} mm³  ± {:.0f} (1 sd)\n", s->volume.value, s->volume.sigma) +
-                    fmt::format("  area   {:12.0f} mm²  ± {:.0f}\n", s->area.value, s->area.sigma));
+                    fmt::format("  volume {:12.0f} mm³  {}\n", s->volume.value, HalfWidth95Text(s->volume, 0)) +
+                    fmt::format("  area   {:12.0f} mm²  {}\n", s->area.value, HalfWidth95Text(s->area, 0)));
   }
   return io.WriteJson(options.json, {{"z_min_mm", s->z_min},
                                      {"z_max_mm", s->z_max},
@@ -110,13 +112,29 @@ struct MeasureOptions {
   SheetOptions sheet;
 };
 
+/// What a file leaves out, one line for each reason: "F leaves out NAME, NAME: REASON". Takes "NAME: REASON".
+std::string LeftOutText(const std::string& path, const std::vector<std::string>& sentences) {
+  std::vector<std::pair<std::string_view, std::string>> names_by_reason;  // in the order of the sentences
+  for (const std::string& sentence : sentences) {
+    const std::size_t colon = std::min(sentence.find(": "), sentence.size());
+    const std::string_view reason = std::string_view(sentence).substr(colon);
+    auto found = std::find_if(names_by_reason.begin(), names_by_reason.end(),
+                              [&](const auto& entry) { return entry.first == reason; });
+    if (found == names_by_reason.end()) found = names_by_reason.insert(found, {reason, ""});
+    found->second += (found->second.empty() ? "" : ", ") + sentence.substr(0, colon);
+  }
+  std::string text;
+  for (const auto& [reason, names] : names_by_reason) text += fmt::format("{} leaves out {}{}\n", path, names, reason);
+  return text;
+}
+
 /// Writes every file asked for; says what a format could not hold unless stdout is the result's.
 Status WriteFiles(const MeasureOptions& options, const MeasuredModel& measured, CommandIo& io) {
   for (const std::string& path : options.out) {
     const auto left_out = WriteMeasurements(io.storage(), path, measured, options.sheet);
     if (!left_out) return Fail(left_out);
     if (options.json == "-") continue;
-    for (const std::string& sentence : *left_out) RETURN_IF_ERROR(io.Print(path + " leaves out " + sentence + "\n"));
+    if (!left_out->empty()) RETURN_IF_ERROR(io.Print(LeftOutText(path, *left_out)));
   }
   return {};
 }
@@ -140,6 +158,7 @@ Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
   if (!loaded) return Fail(loaded);
   ProgressDisplay display(io.progress_mode());
   TaskContext context;
+  context.stop = io.stop();
   context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   Result<Landmarks> landmarks = FindLandmarks(loaded->body, context);
   if (!options.landmarks.empty()) landmarks = WithFile(loaded->body, *landmarks, options.landmarks, io);
@@ -157,15 +176,15 @@ Status RunMeasure(const MeasureOptions& options, CommandIo& io) {
 }
 
 void AddSheetOptions(CLI::App& command, SheetOptions& sheet) {
-  static const std::map<std::string, SheetLanguage> kLanguages{{"en", SheetLanguage::kEnglish},
-                                                               {"ja", SheetLanguage::kJapanese}};
-  static const std::map<std::string, LengthUnit> kUnits{
-      {"mm", LengthUnit::kMillimetre}, {"cm", LengthUnit::kCentimetre}, {"inch", LengthUnit::kInch}};
-  command.add_option("--language", sheet.language, "language of the PDF sheet: en, ja")
-      ->transform(CLI::CheckedTransformer(kLanguages).description(""))
+  const auto set_language = [&sheet](const std::string& name) {
+    sheet.language = name == "ja" ? SheetLanguage::kJapanese : SheetLanguage::kEnglish;
+  };
+  command.add_option_function<std::string>("--language", set_language, "language of the PDF sheet")
+      ->check(CLI::IsMember({"en", "ja"}).description(""))
       ->type_name("en|ja");
-  command.add_option("--units", sheet.unit, "units of the PDF sheet: mm, cm, inch (in eighths)")
-      ->transform(CLI::CheckedTransformer(kUnits).description(""))
+  const auto set_unit = [&sheet](const std::string& name) { sheet.unit = *LengthUnitFromName(name); };
+  command.add_option_function<std::string>("--units", set_unit, "units of the PDF sheet; inches in eighths")
+      ->check(CLI::IsMember({"mm", "cm", "inch"}).description(""))
       ->type_name("mm|cm|inch");
   command.add_option("--subject", sheet.subject, "subject's name or number on the PDF sheet")->type_name("TEXT");
 }

@@ -77,10 +77,11 @@ Json RegionJson(const RegionAnswers& answers, CutMethod method) {
 }
 
 std::string RegionText(const RegionAnswers& answers) {
-  std::string text = fmt::format("region between the planes ABC and ABD ({:.1f} % measured)\n",
-                                 100.0 * answers.spline.knowledge.measured) +
-                     fmt::format("  area   {:12.1f} mm²  ± {:.1f} (1 sd)\n", answers.area.value, answers.area.sigma) +
-                     fmt::format("  volume {:12.1f} mm³  ± {:.1f}\n", answers.volume.value, answers.volume.sigma);
+  std::string text =
+      fmt::format("region between the planes ABC and ABD ({:.1f} % measured)\n",
+                  100.0 * answers.spline.knowledge.measured) +
+      fmt::format("  area   {:12.1f} mm²  {}\n", answers.area.value, HalfWidth95Text(answers.area, 1)) +
+      fmt::format("  volume {:12.1f} mm³  {}\n", answers.volume.value, HalfWidth95Text(answers.volume, 1));
   if (!answers.paper) return text + "by the method of paper 001: " + answers.paper.error().seen + "\n";
   return text +
          fmt::format("by the method of paper 001, on {} angles and {} levels\n", answers.size.angles,
@@ -124,7 +125,7 @@ void AddRegionCommand(CLI::App& app, CommandWork& chosen) {
       ->transform(CLI::CheckedTransformer(kMethods).description(""))
       ->type_name("spline|paper");
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus region model.json --a 60,1200 --b 120,1210 --c 90,1260 --d 90,1150 --json -");
+  command->footer("Example: annulus region model.json --a 0,1080 --b 180,1080 --c 90,1130 --d 90,1030 --json -");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunRegion(*options, io); }; });
 }
 

@@ -66,7 +66,7 @@ class Distance(ProgramTest):
 
     def test_the_terminal_shows_length_and_uncertainty(self):
         text = self.succeeds("distance", "model.json", "--from", "60,200", "--to", "120,200", "--method", "tape")
-        self.assertRegex(text, r"tape distance [0-9.]+ mm ± [0-9.]+ \(1 sd\), [0-9.]+ % measured")
+        self.assertRegex(text, r"tape distance [0-9.]+ mm ± [0-9.]+ \(95 %\), [0-9.]+ % measured")
         self.succeeds("distance", "model.json", "--from", "60,200", "--to", "120,200", "--method", "tape", "--json", "d.json")
         self.assertEqual(self.read_json("d.json")["method"], "tape")
 
