@@ -30,7 +30,7 @@ constexpr std::array<LevelRow, 10> kRows{{
     {"level.head", "head", "Head", "head level", kHeadOverHairLimit, true, false, true},
     {"level.neck", "neck", "Neck", "neck level", kSmallGirthLimit, true, true, false},
     {"level.axilla", "axilla", "Chest at axilla", "axilla level", kLargeGirthLimit, false, true, false},
-    {"level.chest", "chest", "Chest (bust)", "chest level", kLargeGirthLimit, true, true, true},
+    {"level.chest", "chest", "Chest", "chest level", kLargeGirthLimit, true, true, true},
     {"level.under_bust", "under_bust", "Under-bust", "under-bust level", kLargeGirthLimit, false, true, false},
     {"level.waist", "waist", "Waist", "natural waist level", kLargeGirthLimit, true, true, true},
     {"level.omphalion", "omphalion", "Abdominal", "omphalion level", kLargeGirthLimit, false, false, false},
