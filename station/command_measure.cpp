@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "base/storage.h"
 #include "modeling/exchange/landmarks_json.h"
@@ -14,6 +12,7 @@
 #include "modeling/measure/section_svg.h"
 #include "modeling/measure/slab.h"
 #include "modeling/measure/table.h"
+#include "modeling/measure/taut_tape.h"
 #include "station/commands.h"
 #include "station/loaded_model.h"
 #include "station/measurement_files.h"
@@ -24,6 +23,8 @@ namespace annulus {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct SectionOptions {
   std::string model;
@@ -56,6 +57,8 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
   }
   const auto s = MeasureSection(loaded->body, options.z_mm);
   if (!s) return Fail(s);
+  const auto loop = TautLoop(loaded->body, options.z_mm);  // beside what was not seen there is none
+  const Uncertain taut = loop ? loaded->body.WithSigma(loop->length) : Uncertain{kNone, kNone};
   const std::string not_one_loop = WhyNotOneLoop(*loaded->model, *s);
   if (options.json.empty()) {
     const std::string note = not_one_loop.empty() ? "" : "  not one visible loop: " + not_one_loop + "\n";
@@ -63,6 +66,7 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
         fmt::format("section at z = {:.1f} mm ({:.1f} % measured)\n", s->z, 100.0 * s->measured_share) +
         fmt::format("  perimeter {:10.2f} mm   {}\n", s->perimeter.value, HalfWidth95Text(s->perimeter, 2)) +
         fmt::format("  tape      {:10.2f} mm   {}\n", s->tape.value, HalfWidth95Text(s->tape, 2)) +
+        (loop ? fmt::format("  taut tape {:10.2f} mm   {}\n", taut.value, HalfWidth95Text(taut, 2)) : "") +
         fmt::format("  area      {:10.1f} mm²  {}\n", s->area.value, HalfWidth95Text(s->area, 1)) + note);
   }
   return io.WriteJson(options.json, {{"z_mm", s->z},
@@ -72,6 +76,8 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
                                      {"perimeter_sigma_mm", JsonNumber(s->perimeter.sigma)},
                                      {"tape_sigma_mm", JsonNumber(s->tape.sigma)},
                                      {"area_sigma_mm2", JsonNumber(s->area.sigma)},
+                                     {"taut_tape_mm", JsonNumber(taut.value)},
+                                     {"taut_tape_sigma_mm", JsonNumber(taut.sigma)},
                                      {"measured_share", s->measured_share},
                                      {"one_visible_loop", not_one_loop.empty()},
                                      {"why_not_one_loop", not_one_loop}});
@@ -112,29 +118,15 @@ struct MeasureOptions {
   SheetOptions sheet;
 };
 
-/// What a file leaves out, one line for each reason: "F leaves out NAME, NAME: REASON". Takes "NAME: REASON".
-std::string LeftOutText(const std::string& path, const std::vector<std::string>& sentences) {
-  std::vector<std::pair<std::string_view, std::string>> names_by_reason;  // in the order of the sentences
-  for (const std::string& sentence : sentences) {
-    const std::size_t colon = std::min(sentence.find(": "), sentence.size());
-    const std::string_view reason = std::string_view(sentence).substr(colon);
-    auto found = std::find_if(names_by_reason.begin(), names_by_reason.end(),
-                              [&](const auto& entry) { return entry.first == reason; });
-    if (found == names_by_reason.end()) found = names_by_reason.insert(found, {reason, ""});
-    found->second += (found->second.empty() ? "" : ", ") + sentence.substr(0, colon);
-  }
-  std::string text;
-  for (const auto& [reason, names] : names_by_reason) text += fmt::format("{} leaves out {}{}\n", path, names, reason);
-  return text;
-}
-
 /// Writes every file asked for; says what a format could not hold unless stdout is the result's.
 Status WriteFiles(const MeasureOptions& options, const MeasuredModel& measured, CommandIo& io) {
   for (const std::string& path : options.out) {
     const auto left_out = WriteMeasurements(io.storage(), path, measured, options.sheet);
     if (!left_out) return Fail(left_out);
     if (options.json == "-") continue;
-    if (!left_out->empty()) RETURN_IF_ERROR(io.Print(LeftOutText(path, *left_out)));
+    for (const NamesOfReason& entry : GatherByReason(*left_out)) {
+      RETURN_IF_ERROR(io.Print(path + " leaves out " + entry.names + ": " + entry.reason + "\n"));
+    }
   }
   return {};
 }

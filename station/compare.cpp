@@ -9,6 +9,7 @@
 
 #include "modeling/exchange/pattern_file.h"
 #include "station/measurement_output.h"
+#include "station/units_text.h"
 
 namespace annulus {
 namespace {
@@ -26,7 +27,8 @@ RingErrors RingErrorsOf(const Provenance& a, const Provenance& b) {
 /// Variance of one scan's number as far as it is its own and not shared with the other scan.
 double OwnVariance(const Measurement& m, RingErrors ring) {
   const double all = m.value.sigma * m.value.sigma;
-  return ring == RingErrors::kCommon ? std::max(0.0, all - m.budget.calibration * m.budget.calibration) : all;
+  if (ring == RingErrors::kIndependent || std::isnan(all)) return all;  // std::max would take a NaN for 0
+  return std::max(0.0, all - m.budget.calibration * m.budget.calibration);
 }
 
 Difference DifferenceOf(const Measurement& a, const Measurement& b, RingErrors ring) {
@@ -124,16 +126,24 @@ Json ComparisonToJson(const Comparison& comparison) {
 }
 
 std::string ComparisonToText(const Comparison& comparison) {
-  std::string text = fmt::format("{:<34}{:>10}{:>10}{:>12}{:>9}{:>9}{:>10}  {}\n", "measurement", "A", "B", "B - A",
+  std::string text = fmt::format("{:<45}{:>9}{:>9}{:>10}     {:>8}{:>8}{:>10}  {}\n", "measurement", "A", "B", "B - A",
                                  "± 95 %", "z", "p (Holm)", "significant");
   for (const Difference& d : comparison.differences) {
-    text += fmt::format("{:<34}{:>10.1f}{:>10.1f}{:>+8.2f} {:<3}", d.term, d.a, d.b, d.difference, d.unit);
-    text += std::isfinite(d.sigma)
-                ? fmt::format("{:>9.2f}{:>9.1f}{:>10.3g}  {}\n", HalfWidth95({d.difference, d.sigma}), d.z, d.p_holm,
-                              d.significant ? "yes" : "no")
-                : fmt::format("{:>9}{:>9}{:>10}  {}\n", "–", "–", "–", "not known");
+    const auto shown = [&](double value) {
+      Measurement m;
+      m.unit = d.unit;
+      m.value = {value, d.sigma};
+      return DescribeValue(m, LengthUnit::kMillimetre);
+    };
+    const ValueText difference = shown(d.difference);
+    text += fmt::format("{:<45}{:>9}{:>9}{:>10} {:<4}{:>8}", d.term, shown(d.a).value, shown(d.b).value,
+                        (d.difference < 0.0 ? "" : "+") + difference.value, difference.unit, difference.half95);
+    text += std::isfinite(d.sigma) ? fmt::format("{:>8.1f}{:>10.3g}  {}\n", d.z, d.p_holm, d.significant ? "yes" : "no")
+                                   : fmt::format("{:>8}{:>10}  {}\n", "–", "–", "not known");
   }
-  for (const std::string& sentence : comparison.not_comparable) text += "not comparable: " + sentence + "\n";
+  for (const NamesOfReason& entry : GatherByReason(comparison.not_comparable)) {
+    text += "not comparable, " + entry.reason + ": " + entry.names + "\n";
+  }
   return text + fmt::format("significant at {:g} over all differences (Holm); errors of the ring: {}\n", kLevel,
                             RingText(comparison.ring));
 }

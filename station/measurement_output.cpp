@@ -80,6 +80,20 @@ std::optional<bool> IntervalWithinLimit(const Measurement& m) {
   return HalfWidth95(m.value) <= m.iso20685_limit_mm;
 }
 
+std::vector<NamesOfReason> GatherByReason(const std::vector<std::string>& sentences) {
+  std::vector<NamesOfReason> gathered;
+  for (const std::string& sentence : sentences) {
+    const std::size_t colon = std::min(sentence.find(": "), sentence.size());
+    std::string reason = sentence.substr(std::min(colon + 2, sentence.size()));
+    if (reason.ends_with('.')) reason.pop_back();
+    auto found = std::find_if(gathered.begin(), gathered.end(),
+                              [&](const NamesOfReason& entry) { return entry.reason == reason; });
+    if (found == gathered.end()) found = gathered.insert(found, {reason, ""});
+    found->names += (found->names.empty() ? "" : ", ") + sentence.substr(0, colon);
+  }
+  return gathered;
+}
+
 std::vector<std::string> ErrorsLeftOut(const MeasurementTable& table) {
   const auto none = [&](double UncertaintyBudget::*part) {
     return std::all_of(table.measurements.begin(), table.measurements.end(),

@@ -21,6 +21,14 @@ namespace annulus {
 /// Whether the 95 % interval is within the class limit; nothing where there is no limit or no sigma.
 [[nodiscard]] std::optional<bool> IntervalWithinLimit(const Measurement& measurement);
 
+/// Why something is left out, and what: "WAIST, HIP".
+struct NamesOfReason {
+  std::string reason;
+  std::string names;
+};
+/// Sentences "NAME: REASON." with each reason once, in the order in which the reasons come.
+[[nodiscard]] std::vector<NamesOfReason> GatherByReason(const std::vector<std::string>& sentences);
+
 /// The parts of the budget of which the model knows nothing, so that no sigma of the table holds them: "calibration",
 /// "sway".
 [[nodiscard]] std::vector<std::string> ErrorsLeftOut(const MeasurementTable& table);

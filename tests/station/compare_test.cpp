@@ -122,6 +122,15 @@ TEST(Compare, TestsNothingWithoutASigma) {
   EXPECT_THAT(ComparisonToText(c), HasSubstr("not known"));
 }
 
+TEST(Compare, KnowsNoSignificanceWithoutASigmaWhateverTheRing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const SurfaceModel model = CalibratedBy("sha256:1");  // common: the calibration's part is taken off
+  const Comparison c = Compare({model, TableOf({Of("a", 1, nan)})}, {model, TableOf({Of("a", 99, nan)})});
+  EXPECT_TRUE(std::isnan(c.differences[0].sigma));
+  EXPECT_FALSE(c.differences[0].significant);
+  EXPECT_THAT(ComparisonToText(c), HasSubstr("not known"));
+}
+
 TEST(Compare, OfAScanWithItselfFindsNothing) {
   const SurfaceModel model = CalibratedBy("sha256:1");
   const MeasurementTable table = TableOf({Of("a", 1, 0), Of("b", 1, 1)});

@@ -113,6 +113,14 @@ TEST(MeasurementOutput, ColumnsStandBelowEachOtherHoweverLongATerm) {
   EXPECT_EQ(text.find(" mm ", first) - first, text.find(" mm ", second) - second);
 }
 
+TEST(MeasurementOutput, WhatHasOneReasonIsGathered) {
+  const auto gathered = GatherByReason({"hip: not seen.", "knee: no length.", "waist: not seen.", "odd"});
+  ASSERT_EQ(gathered.size(), 3U);
+  EXPECT_EQ(gathered[0].reason + " " + gathered[0].names, "not seen hip, waist");
+  EXPECT_EQ(gathered[1].reason + " " + gathered[1].names, "no length knee");
+  EXPECT_EQ(gathered[2].reason + " " + gathered[2].names, " odd");
+}
+
 TEST(MeasurementOutput, AnIntervalBeyondTheClassLimitIsNotWithinIt) {
   MeasurementTable table = TwoGirths();
   table.measurements[0].value.sigma = 2.1;  // 1.96 · 2.1 = 4.1 > 4
