@@ -1,6 +1,7 @@
 // Girths, extents and arcs of horizontal sections, heights, and the parts of the body between levels.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -8,7 +9,7 @@
 #include "modeling/measure/level_measures.h"
 #include "modeling/measure/measurement_groups.h"
 #include "modeling/measure/place_geometry.h"
-#include "modeling/measure/plane_cut.h"
+#include "modeling/measure/taut_tape.h"
 
 namespace annulus {
 namespace {
@@ -22,21 +23,22 @@ struct LevelRow {
   const char* term;
   const char* where;
   double girth_limit;
+  bool taut;
   bool perimeter;
   bool extents;
   bool arcs;
 };
 constexpr std::array<LevelRow, 10> kRows{{
-    {"level.head", "head", "Head", "head level", kHeadOverHairLimit, true, false, true},
-    {"level.neck", "neck", "Neck", "neck level", kSmallGirthLimit, true, true, false},
-    {"level.axilla", "axilla", "Chest at axilla", "axilla level", kLargeGirthLimit, false, true, false},
-    {"level.chest", "chest", "Chest", "chest level", kLargeGirthLimit, true, true, true},
-    {"level.under_bust", "under_bust", "Under-bust", "under-bust level", kLargeGirthLimit, false, true, false},
-    {"level.waist", "waist", "Waist", "natural waist level", kLargeGirthLimit, true, true, true},
-    {"level.omphalion", "omphalion", "Abdominal", "omphalion level", kLargeGirthLimit, false, false, false},
-    {"level.iliac", "top_hip", "Top hip", "top hip level", kLargeGirthLimit, false, false, false},
-    {"level.hip", "hip", "Hip", "hip level", kLargeGirthLimit, true, true, true},
-    {"level.crotch", "crotch", "Crotch level", "crotch level", kLargeGirthLimit, false, false, false},
+    {"level.head", "head", "Head", "head level", kHeadOverHairLimit, false, true, false, true},
+    {"level.neck", "neck", "Neck", "neck level", kSmallGirthLimit, false, true, true, false},
+    {"level.axilla", "axilla", "Chest at axilla", "axilla level", kLargeGirthLimit, false, false, true, false},
+    {"level.chest", "chest", "Chest", "chest level", kLargeGirthLimit, true, true, true, true},
+    {"level.under_bust", "under_bust", "Under-bust", "under-bust level", kLargeGirthLimit, false, false, true, false},
+    {"level.waist", "waist", "Waist", "natural waist level", kLargeGirthLimit, true, true, true, true},
+    {"level.omphalion", "omphalion", "Abdominal", "omphalion level", kLargeGirthLimit, false, false, false, false},
+    {"level.iliac", "top_hip", "Top hip", "top hip level", kLargeGirthLimit, false, false, false, false},
+    {"level.hip", "hip", "Hip", "hip level", kLargeGirthLimit, true, true, true, true},
+    {"level.crotch", "crotch", "Crotch level", "crotch level", kLargeGirthLimit, false, false, false, false},
 }};
 
 /// The widths of the torso's front and back between the arms are arcs of the axilla level.
@@ -69,6 +71,18 @@ void AddRow(MeasurementList& list, const LevelRow& row, const LevelMeasures& sec
   AddNamed(list, section.Girth(),
            {id + "_girth", term + " girth", "Horizontal tape girth at the " + where + " (convex hull of the section).",
             "tape, horizontal", "mm", row.girth_limit});
+  if (row.taut) {
+    const MeasurementSpec spec{id + "_girth_taut",
+                               term + " girth, taut in space",
+                               "Shortest tape around the body, held at the " + where +
+                                   " in front, at the back and at both sides, and free by 10 mm elsewhere.",
+                               "tape, taut in space",
+                               "mm",
+                               row.girth_limit};
+    auto raw = section.TautGirth();
+    if (raw) raw->spec = spec;
+    list.Add(spec, std::move(raw));
+  }
   if (row.perimeter) {
     AddNamed(list, section.Perimeter(),
              {id + "_perimeter", term + " girth, skin",
@@ -93,36 +107,31 @@ void AddRow(MeasurementList& list, const LevelRow& row, const LevelMeasures& sec
   }
 }
 
-/// The girth around the base of the neck, in the plane through the front and back neck points that is level from side
-/// to side.
-Result<RawMeasurement> NeckBase(const MeasuredSurface& body, const Landmark& front, const Landmark& back) {
-  const Eigen::Vector3d p = FrameAt(body, PlaceOf(front)).position;
-  const Eigen::Vector3d q = FrameAt(body, PlaceOf(back)).position;
-  const auto plane_through = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector3d along = a - b;
-    const Eigen::Vector3d aside = Eigen::Vector3d::UnitZ().cross(along);
-    const Eigen::Vector3d normal = along.cross(aside).normalized();
-    return CuttingPlane{normal, normal.dot(a)};
-  };
-  auto girth = GirthInPlane(body, plane_through(p, q));
-  if (!girth) return Fail(girth);
+/// The points around the base of the neck, in the order of a tape.
+constexpr std::array<const char*, 4> kNeckBase{"neck_front", "neck_right", "neck_back", "neck_left"};
+
+/// The girth around the base of the neck: taut from point to point.
+Result<RawMeasurement> NeckBase(const MeasuredSurface& body, const std::array<const Landmark*, 4>& points) {
   RawMeasurement raw;
-  raw.estimate = girth->tape;
-  raw.measured_share = girth->knowledge.measured;
-  raw.landmarks = {front.id, back.id};
   raw.paths.emplace_back();
-  for (const PathPoint& point : girth->tape_path) raw.paths.back().push_back(point.position);
-  if (!raw.paths.back().empty()) raw.paths.back().push_back(raw.paths.back().front());
-  raw.height_share = HeightShare(raw.paths.back());
-  // The plane is raised and tilted by its two points: differences of 2 mm.
-  constexpr double kStep = 2.0;
-  for (const auto& [landmark, a, b] : {std::tuple{&front, kStep, 0.0}, std::tuple{&back, 0.0, kStep}}) {
-    const auto raised =
-        GirthInPlane(body, plane_through(p + a * Eigen::Vector3d::UnitZ(), q + b * Eigen::Vector3d::UnitZ()));
-    if (!raised) return Fail(raised);
-    const double by_height = (raised->tape.value - girth->tape.value) / kStep;
-    FollowPoint(raw, body, *landmark, by_height * Eigen::Vector3d::UnitZ());
+  double measured = 0.0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Landmark& from = *points[k];
+    const Landmark& to = *points[(k + 1) % points.size()];
+    const auto tape = TautTape(body, PlaceOf(from), PlaceOf(to));
+    if (!tape) return Fail(tape);
+    raw.estimate = Combine(1.0, raw.estimate, 1.0, tape->length);
+    measured += tape->knowledge.measured * tape->length.value;
+    raw.landmarks.push_back(from.id);
+    std::vector<Eigen::Vector3d>& line = raw.paths.back();
+    const std::size_t first = line.size();
+    for (const PathPoint& point : tape->path) line.push_back(point.position);
+    if (line.size() < first + 2) continue;
+    // A tape's length follows its ends along its own direction there.
+    FollowPoint(raw, body, from, (line[first] - line[first + 1]).stableNormalized());
+    FollowPoint(raw, body, to, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
   }
+  raw.measured_share = raw.estimate.value > 0.0 ? measured / raw.estimate.value : 0.0;
   return raw;
 }
 
@@ -140,16 +149,18 @@ void AddLevels(MeasurementList& list) {
       list.Omit(std::string(row.term) + " girth", section.error().seen);
     }
   }
-  const Landmark* front = list.Find("neck_front");
-  const Landmark* back = list.Find("neck_back");
-  if (front == nullptr || back == nullptr) return;
-  const MeasurementSpec spec{"neck_base_girth",
-                             "Neck base girth",
-                             "Tape girth in the plane through the front and back neck points, level from side to side.",
-                             "tape, tilted",
-                             "mm",
-                             kSmallGirthLimit};
-  auto raw = NeckBase(list.body(), *front, *back);
+  std::array<const Landmark*, 4> points{};
+  for (std::size_t k = 0; k < points.size(); ++k) points[k] = list.Find(kNeckBase[k]);
+  if (std::find(points.begin(), points.end(), nullptr) != points.end()) return;
+  const MeasurementSpec spec{
+      "neck_base_girth",
+      "Neck base girth",
+      "Taut tape over the skin from the front neck point over the right side neck point, the back "
+      "neck point and the left side neck point.",
+      "tape, taut over the skin",
+      "mm",
+      kSmallGirthLimit};
+  auto raw = NeckBase(list.body(), points);
   if (raw) raw->spec = spec;
   list.Add(spec, std::move(raw));
 }

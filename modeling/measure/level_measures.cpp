@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "modeling/measure/surface_path.h"
+#include "modeling/measure/taut_tape.h"
 #include "modeling/measure/unresolved_length.h"
 
 namespace annulus {
@@ -112,6 +113,20 @@ RawMeasurement LevelMeasures::Girth() const {
   for (const std::size_t k : hull_) loop.emplace_back(points_[k].x(), points_[k].y(), level_->z.value);
   loop.push_back(loop.front());
   raw.paths = {std::move(loop)};
+  return raw;
+}
+
+Result<RawMeasurement> LevelMeasures::TautGirth() const {
+  const auto loop = TautLoop(*body_, level_->z.value);
+  if (!loop) return Fail(loop);
+  RawMeasurement raw = Raw(loop->length);
+  raw.measured_share = loop->knowledge.measured;
+  // It rises and falls with its level as the girth in the plane does.
+  FollowLevel(raw, [](const std::vector<Eigen::Vector2d>& points) { return TapeLength(points); });
+  std::vector<Eigen::Vector3d> line;
+  for (const PathPoint& point : loop->path) line.push_back(point.position);
+  line.push_back(line.front());
+  raw.paths = {std::move(line)};
   return raw;
 }
 

@@ -22,7 +22,9 @@ class LevelMeasures {
   static Result<LevelMeasures> At(const MeasuredSurface& body, const SectionSampler& sampler, const Landmark& level,
                                   double front);
 
-  [[nodiscard]] RawMeasurement Girth() const;      ///< Tape, mm.
+  [[nodiscard]] RawMeasurement Girth() const;  ///< Tape, mm.
+  /// The same tape free to leave the plane (TautLoop), mm. Fails as that does.
+  [[nodiscard]] Result<RawMeasurement> TautGirth() const;
   [[nodiscard]] RawMeasurement Perimeter() const;  ///< Along the skin, mm.
   [[nodiscard]] RawMeasurement Area() const;       ///< mm²
   [[nodiscard]] RawMeasurement Breadth() const;    ///< Extent across the front, mm.
