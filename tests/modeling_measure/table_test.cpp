@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "modeling/measure/landmark_edit.h"
 #include "modeling/measure/landmarks.h"
 #include "modeling/measure/section.h"
 #include "tests/modeling_measure/interpolated_body.h"
@@ -171,6 +172,25 @@ TEST(MeasurementTable, ClaimsNoUncertaintyWithoutANormalMatrix) {
   for (const Measurement& m : TableOf(Vase(0.0, 1700.0)).measurements) {
     EXPECT_TRUE(std::isnan(m.value.sigma)) << m.id;
     EXPECT_TRUE(std::isnan(m.budget.fit)) << m.id;
+  }
+}
+
+TEST(MeasurementTable, AnErrorOfHeightsMovesHeightsOnceWhetherLandmarksAreFoundOrSet) {
+  // sd 2 mm of all heights and 0.1 % of their scale.
+  SurfaceModel model = Vase(0.0, 1700.0);
+  model.systematic = {CalibrationErrors{Eigen::MatrixXd::Zero(1, 1), 1e-3, 2.0}, {}};
+  const MeasuredSurface body = Measured(model);
+  const Landmarks found = FindLandmarks(body, {});
+  const auto given = SetByHand(body, found, {"level.waist", {}, kLevels[3].z});
+  ASSERT_TRUE(given.has_value());
+  for (const Landmarks& landmarks : {found, *given}) {
+    const MeasurementTable table = TableOf(model, landmarks);
+    const Measurement& height = Get(table, "waist_height");
+    EXPECT_NEAR(height.budget.calibration, std::hypot(2.0, 1e-3 * height.value.value), 1e-9);
+    const Measurement& drop = Get(table, "waist_to_hip_drop");
+    EXPECT_NEAR(drop.budget.calibration, 1e-3 * drop.value.value, 1e-9);
+    EXPECT_NEAR(Get(table, "waist_girth").budget.calibration, 0.0, 1e-9);
+    EXPECT_NEAR(Get(table, "waist_to_hip_volume").budget.calibration, 1e-3 * 10420978.7, 1.0);
   }
 }
 
