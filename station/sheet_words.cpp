@@ -18,11 +18,14 @@ constexpr std::array kTerms{
     Term{"neck_base_girth", "頸付根囲"},
     Term{"axilla_girth", "腋窩位胸囲"},
     Term{"chest_girth", "胸囲(バスト)"},
+    Term{"chest_girth_taut", "胸囲(バスト) 最短巻尺"},
     Term{"under_bust_girth", "下部胸囲(アンダーバスト)"},
     Term{"waist_girth", "胴囲(ウエスト)"},
+    Term{"waist_girth_taut", "胴囲(ウエスト) 最短巻尺"},
     Term{"omphalion_girth", "臍位腹囲"},
     Term{"top_hip_girth", "腹囲(ミドルヒップ)"},
     Term{"hip_girth", "腰囲(ヒップ)"},
+    Term{"hip_girth_taut", "腰囲(ヒップ) 最短巻尺"},
     Term{"crotch_girth", "股位周囲"},
     Term{"neck_breadth", "頸部横径"},
     Term{"neck_depth", "頸部矢状径"},
@@ -182,7 +185,7 @@ SheetGroup GroupOf(const Measurement& measurement) {
   if (id.ends_with("_height") || id.find("_height_") != id.npos) return SheetGroup::kHeights;
   if (StartsWithAny(id, {"head_", "face_", "nose_", "pupil_", "temple_", "bitragion_", "jaw_"}))
     return SheetGroup::kHead;
-  if (id.ends_with("_girth") || id.ends_with("_perimeter")) return SheetGroup::kGirths;
+  if (id.ends_with("_girth") || id.ends_with("_girth_taut") || id.ends_with("_perimeter")) return SheetGroup::kGirths;
   const bool along_skin = measurement.method.starts_with("skin") || measurement.method.starts_with("tape");
   if (!along_skin && (id.ends_with("_breadth") || id.ends_with("_depth"))) return SheetGroup::kBreadths;
   return SheetGroup::kLengths;
@@ -208,7 +211,9 @@ std::string TermIn(const Measurement& measurement, SheetLanguage language) {
   if (language == SheetLanguage::kEnglish) return measurement.term;
   std::string id = measurement.id;
   const bool skin = measurement.method == "skin, vertical" || measurement.method == "skin, horizontal";
-  if (id.ends_with("_perimeter")) id.replace(id.rfind("_perimeter"), std::string::npos, "_girth");
+  for (const std::string_view variant : {"_perimeter", "_girth_taut"}) {
+    if (id.ends_with(variant)) id.replace(id.size() - variant.size(), std::string::npos, "_girth");
+  }
   if (id.ends_with("_tape")) id.erase(id.rfind("_tape"));
   const auto found = std::find_if(kTerms.begin(), kTerms.end(), [&](const Term& term) { return term.id == id; });
   if (found == kTerms.end()) return measurement.term;
