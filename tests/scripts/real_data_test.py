@@ -4,7 +4,9 @@
 usage: real_data_test.py PATH/TO/annulus        prints "no data" and succeeds where the scans are absent
 """
 
+import concurrent.futures
 import csv
+import json
 import os
 import sys
 import time
@@ -17,12 +19,20 @@ from annulus_cli import ProgramTest
 
 CORE_RMS_LIMIT_MM = {"head_leeperrysmith": 1.0}
 UNKNOWN_LIMIT = 0.01  # Share of the core; a hand between ring and torso may leave a cell without an answer.
-TAPE_LIMIT_MM = 2.0
-SLAB_LIMIT = 0.01
+SLAB_LIMIT = 0.0003
+LEVEL_STEP = 1 if os.environ.get("ANNULUS_LONG") else 3  # one level in so many
+# Known to miss ring_data.GIRTH_MUSTS on all levels: docs/decisions/0019.
+FALLS_SHORT = {
+    ("head_leeperrysmith", "tape within 1 mm, share"),
+    ("body_arms_mh_female", "tape within 1 mm, share"),
+    ("body_arms_mh_female", "perimeter mean, mm"),
+}
 
 
 class RealData(ProgramTest):
     data = ""
+    errors = {}  # by scan, as ring_data.girth_errors gives them
+    elsewhere = {}  # by scan: levels that do not count, and those of which the program says something wrong
 
     def chain(self, name):
         noisy, clean, truth = ring_data.load(self.data, name)
@@ -31,9 +41,7 @@ class RealData(ProgramTest):
         self.succeeds("fit", "scan.mcap", "--out", "model.json", timeout=300)
         print(f"\n{name}: import and fit {time.monotonic() - begin:.1f} s")
         self.check_radii(name, clean)
-        # Without the covariance a section is a fraction of a second: there are hundreds of levels.
-        self.succeeds("fit", "scan.mcap", "--out", "plain.json", "--no-covariance", timeout=300)
-        self.check_sections(clean, truth)
+        self.check_girths(name)
         self.check_slabs(truth)
         for view in ("front", "left45", "right45"):
             self.succeeds("render", "model.json", "--view", view, "--size", "300", "--out", f"{view}.png")
@@ -54,23 +62,51 @@ class RealData(ProgramTest):
             self.assertEqual(unknown, 0.0)
             self.assertLessEqual(core, CORE_RMS_LIMIT_MM[name])
 
-    def check_sections(self, clean, truth):
-        tape, perimeter, area = [], [], []
-        for section in ring_data.counted_sections(clean, truth):
-            report = self.succeeds_json("section", "plain.json", "--z", section["z_mm"])
-            tape.append((report["tape_mm"] - section["hull_perimeter_mm"], section["z_mm"]))
-            if abs(section["perimeter_mm"] - section["visible_perimeter_mm"]) <= 0.5:
-                perimeter.append(report["perimeter_mm"] - section["visible_perimeter_mm"])
-                area.append(report["area_mm2"] / section["visible_area_mm2"] - 1)
-        self.assertTrue(tape, "no section counts")
-        worst, z = max(tape, key=lambda t: abs(t[0]))
-        rms = np.sqrt(np.mean([error**2 for error, _ in tape]))
-        print(f"  tape on {len(tape)} levels: RMS {rms:.2f} mm, worst {worst:+.2f} mm at z {z:g}")
-        if perimeter:
-            print(f"  perimeter on {len(perimeter)} levels: worst {max(perimeter, key=abs):+.2f} mm; "
-                  f"area: worst {100 * max(area, key=abs):+.2f} %")
-        late = [f"{error:+.2f} mm at z {z:g}" for error, z in tape if abs(error) > TAPE_LIMIT_MM]
-        self.assertEqual(late, [], "tape beyond 2 mm")
+    def sections_of(self, sections):
+        """What the program says of true sections, in their order: the JSON, or None where it refuses."""
+        def report(section):
+            done = self.run_program("section", "model.json", "--z", section["z_mm"], "--json", "-")
+            return json.loads(done.stdout) if done.returncode == 0 else None
+
+        with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+            return list(pool.map(report, sections))
+
+    def check_girths(self, name):
+        """Girths on the levels that count, and elsewhere; the folder holds the scan's model."""
+        _, clean, truth = ring_data.load(self.data, name)
+        sections = list(ring_data.counted_sections(clean, truth))[::LEVEL_STEP]
+        self.assertTrue(sections, "no section counts")
+        reports = self.sections_of(sections)
+        self.assertNotIn(None, reports, "a section that counts is refused")
+        errors = ring_data.girth_errors(sections, reports)
+        self.errors[name] = errors
+        tape, perimeter, _ = errors
+        held = np.mean(np.abs(tape) <= 1.96 * np.array([r["tape_sigma_mm"] for r in reports]))
+        print(f"  girths on {len(tape)} levels (perimeter and area on {len(perimeter)}); the tape's 95 % interval holds the "
+              f"truth on {100 * held:.0f} %")
+        self.check_musts(name, ring_data.girth_figures(errors))
+        self.check_elsewhere(name, ring_data.other_sections(clean, truth)[::LEVEL_STEP])
+
+    def check_musts(self, name, figures):
+        for what, figure in figures.items():
+            holds = ring_data.GIRTH_MUSTS[what](figure)
+            known = (name, what) in FALLS_SHORT
+            print(f"    {what}: {figure:+.3f}" + ("" if holds else ", FALLS SHORT") + (" (known)" if known else ""))
+            # A third of the levels says too little of shares and means that are close to the limit.
+            if not known and (LEVEL_STEP == 1 or "worst" in what or "area" in what):
+                self.assertTrue(holds, f"{name}: {what} is {figure:.3f}")
+
+    def check_elsewhere(self, name, sections):
+        """A level that does not count is refused, or said not to be one visible loop, or its interval holds the truth."""
+        reports = self.sections_of(sections)
+        told = [r for r in reports if r is not None and not r["one_visible_loop"]]
+        plain = [(s, r) for s, r in zip(sections, reports) if r is not None and r["one_visible_loop"]]
+        missed = [f"{s['z_mm']:g} ({r['tape_mm'] - s['hull_perimeter_mm']:+.1f} mm, sigma {r['tape_sigma_mm']:.2f})"
+                  for s, r in plain if abs(r["tape_mm"] - s["hull_perimeter_mm"]) > 1.96 * r["tape_sigma_mm"]]
+        self.elsewhere[name] = (len(sections), len(missed))
+        print(f"  elsewhere {len(sections)} levels: {reports.count(None)} refused, {len(told)} said not to be one visible "
+              f"loop, {len(plain) - len(missed)} intervals hold the truth, {len(missed)} do not"
+              + (": z = " + ", ".join(missed) if missed else ""))
 
     def check_slabs(self, truth):
         for slab in truth["slabs"]:
@@ -85,6 +121,19 @@ class RealData(ProgramTest):
         self.succeeds("glasses", "export", "worn.json", "--out", "frame.stl")
         self.succeeds("render", "model.json", "--worn", "worn.json", "--view", "front", "--size", "300", "--out", "worn.png")
         self.assertNotEqual(self.read("worn.png"), self.read("front.png"))
+
+    def test_zz_girths_of_all_scans_together(self):
+        """Last by its name; fits what was not fitted before."""
+        for name in ring_data.NAMES:
+            if name not in self.errors:
+                self.succeeds("import", ring_data.load(self.data, name)[0], "--out", "scan.mcap", "--force")
+                self.succeeds("fit", "scan.mcap", "--out", "model.json", timeout=300)
+                self.check_girths(name)
+        pooled = [np.concatenate([self.errors[name][k] for name in ring_data.NAMES]) for k in range(3)]
+        print("\nall scans together")
+        self.check_musts("all", ring_data.girth_figures(pooled))
+        levels, missed = (sum(pair[k] for pair in self.elsewhere.values()) for k in range(2))
+        print(f"  elsewhere {levels} levels: something wrong is said of {missed}")
 
     def test_z_outside_the_range_is_refused(self):
         noisy, clean, _ = ring_data.load(self.data, "torso_mean_female")

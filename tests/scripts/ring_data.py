@@ -95,6 +95,44 @@ def counted_sections(clean, truth):
                 yield section
 
 
+def other_sections(clean, truth):
+    """The true sections that do not count."""
+    counted = {section["z_mm"] for section in counted_sections(clean, truth)}
+    return [section for section in truth["sections"] if section["z_mm"] not in counted]
+
+
+# What must hold of one scan's girths, and of all scans' together.
+GIRTH_MUSTS = {
+    "tape mean, mm": lambda figure: abs(figure) <= 0.4,
+    "tape within 1 mm, share": lambda figure: figure >= 0.95,
+    "tape worst, mm": lambda figure: figure <= 2.5,
+    "perimeter mean, mm": lambda figure: abs(figure) <= 0.4,
+    "area mean, %": lambda figure: abs(figure) <= 0.05,
+}
+
+
+def girth_errors(sections, reports):
+    """(tape mm, perimeter mm, area %): arrays of measured less true; the latter two on the levels on which they count.
+    `reports` are those of the program's `section`, one per true section."""
+    pairs = list(zip(sections, reports))
+    seen = [(s, r) for s, r in pairs if abs(s["perimeter_mm"] - s["visible_perimeter_mm"]) <= 0.5]
+    return (np.array([r["tape_mm"] - s["hull_perimeter_mm"] for s, r in pairs]),
+            np.array([r["perimeter_mm"] - s["visible_perimeter_mm"] for s, r in seen]),
+            np.array([100 * (r["area_mm2"] / s["visible_area_mm2"] - 1) for s, r in seen]))
+
+
+def girth_figures(errors):
+    """The figures that GIRTH_MUSTS names."""
+    tape, perimeter, area = errors
+    return {
+        "tape mean, mm": float(tape.mean()),
+        "tape within 1 mm, share": float(np.mean(np.abs(tape) <= 1.0)),
+        "tape worst, mm": float(np.abs(tape).max()),
+        "perimeter mean, mm": float(perimeter.mean()),
+        "area mean, %": float(area.mean()),
+    }
+
+
 def core_and_flat_rms(error, clean):
     """RMS, mm, of `error` [level, sensor] over the core cells and over the flat ones among them; NaN cells left out."""
     levels = clean.core_levels()
