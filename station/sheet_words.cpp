@@ -211,9 +211,7 @@ std::string TermIn(const Measurement& measurement, SheetLanguage language) {
   if (language == SheetLanguage::kEnglish) return measurement.term;
   std::string id = measurement.id;
   const bool skin = measurement.method == "skin, vertical" || measurement.method == "skin, horizontal";
-  for (const std::string_view variant : {"_perimeter", "_girth_taut"}) {
-    if (id.ends_with(variant)) id.replace(id.size() - variant.size(), std::string::npos, "_girth");
-  }
+  if (id.ends_with("_perimeter")) id.replace(id.rfind("_perimeter"), std::string::npos, "_girth");
   if (id.ends_with("_tape")) id.erase(id.rfind("_tape"));
   const auto found = std::find_if(kTerms.begin(), kTerms.end(), [&](const Term& term) { return term.id == id; });
   if (found == kTerms.end()) return measurement.term;
