@@ -94,6 +94,29 @@ Outline OutlineAt(const MeasuredSurface& body, double z) {
 /// sd of a length that turns at `edges` edges, each anywhere between two directions `spacing` apart: a uniform error.
 double EdgeSigma(std::size_t edges, double spacing) { return spacing * std::sqrt(static_cast<double>(edges) / 12.0); }
 
+/// How much longer the skin is than the hull's chords from one direction to the next, mm: a curve that turns by phi is
+/// longer than its chord by its phi²/24th part. Edges of the hull that span a hollow, and steps, have no such share.
+double BulgeOverChords(const SplineSurface& surface, const Outline& outline, const std::vector<PathPoint>& curve,
+                       const std::vector<std::size_t>& hull) {
+  const auto along = [&](std::size_t k) {
+    const SurfacePlace& place = curve[k].place;
+    const RadiusJet jet = surface.Jet(place.theta, place.z);
+    const Eigen::Vector2d outward = curve[k].by_radius.head<2>();
+    return Eigen::Vector2d(jet.r_theta * outward + jet.r * Eigen::Vector2d(-outward.y(), outward.x()));
+  };
+  double bulge = 0.0;
+  for (std::size_t corner = 0; corner < hull.size(); ++corner) {
+    const std::size_t k = hull[corner];
+    const std::size_t next = hull[(corner + 1) % hull.size()];
+    if (next != (k + 1) % curve.size() || outline.beside_step[k] != 0 || outline.beside_step[next] != 0) continue;
+    const Eigen::Vector2d from = along(k);
+    const Eigen::Vector2d to = along(next);
+    const double turn = std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
+    if (turn > 0.0) bulge += (curve[next].position - curve[k].position).norm() * turn * turn / 24.0;
+  }
+  return bulge;
+}
+
 Estimate TapeOfSection(const MeasuredSurface& body, const Outline& outline, double z) {
   const SplineSurface& surface = body.surface();
   std::vector<PathPoint> curve;
@@ -105,13 +128,15 @@ Estimate TapeOfSection(const MeasuredSurface& body, const Outline& outline, doub
   std::vector<PathPoint> corners;
   std::vector<char> at_step;
   double reach = 0.0;
-  for (const std::size_t k : HullOfSection(flat)) {
+  const std::vector<std::size_t> hull = HullOfSection(flat);
+  for (const std::size_t k : hull) {
     corners.push_back(curve[k]);
     at_step.push_back(outline.beside_step[k]);
     if (at_step.back() != 0) reach = std::max(reach, flat[k].norm());
   }
   Estimate tape = WithUnresolved(PolygonLength(surface, corners, PathEnds::kClosed),
                                  UnresolvedHullLength(body, outline.directions, z));
+  tape.value += BulgeOverChords(surface, outline, curve, hull);
   tape.unresolved = std::hypot(tape.unresolved, EdgeSigma(CircularRuns(at_step), reach * outline.spacing));
   return tape;
 }

@@ -21,8 +21,9 @@ struct SectionEstimates {
 };
 
 /// Measures the section at `z`, mm. Perimeter and area by Gauss quadrature on every spline piece (error <= 1e-6
-/// relative), tape from the hull of about 1440 points (<= 4e-6 relative below the truth), beside steps of the radius of
-/// the sensors' directions only. Fails if z is outside the scanned range, or if part of the section is unknown.
+/// relative), tape from the hull of about 1440 points and what the skin bulges over the hull's short chords (error
+/// <= 1e-6 relative), beside steps of the radius from the sensors' directions only. Fails if z is outside the scanned
+/// range, or if part of the section is unknown.
 [[nodiscard]] Result<SectionEstimates> SectionAt(const MeasuredSurface& body, double z);
 
 /// The same with standard uncertainties.

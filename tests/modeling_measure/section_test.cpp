@@ -39,8 +39,7 @@ TEST(Section, OfACircleHasItsPerimeterAndArea) {
     EXPECT_EQ(section.z, z);
     EXPECT_NEAR(section.perimeter.value, kTwoPi * radius, 1e-9);
     EXPECT_NEAR(section.area.value, kPi * radius * radius, 1e-7);
-    // The hull of n points on a circle has the perimeter 2 R n sin(pi/n), here n = 1440.
-    EXPECT_NEAR(section.tape.value, 2.0 * radius * 1440.0 * std::sin(kPi / 1440.0), 1e-8);
+    EXPECT_NEAR(section.tape.value, kTwoPi * radius, 1e-8);
     EXPECT_EQ(section.measured_share, 1.0);
   }
 }
@@ -58,8 +57,7 @@ TEST(Section, OfACircleOffTheAxisIsThatCircle) {
   const SectionMeasures section = SectionOf(body, 42.0);
   EXPECT_NEAR(section.perimeter.value, kTwoPi * a, 1e-6 * kTwoPi * a);
   EXPECT_NEAR(section.area.value, kPi * a * a, 1e-6 * kPi * a * a);
-  EXPECT_NEAR(section.tape.value, kTwoPi * a, 4e-6 * kTwoPi * a);
-  EXPECT_LE(section.tape.value, section.perimeter.value);
+  EXPECT_NEAR(section.tape.value, kTwoPi * a, 1e-6 * kTwoPi * a);
 }
 
 TEST(Section, WithHollowsHasATapeShorterThanItsSkin) {
@@ -73,7 +71,7 @@ TEST(Section, WithHollowsHasATapeShorterThanItsSkin) {
   const SectionMeasures section = SectionOf(body, 60.0);
   EXPECT_NEAR(section.area.value, 32044.2450666, 0.02);
   EXPECT_NEAR(section.perimeter.value, 681.98404798, 1e-3);
-  EXPECT_NEAR(section.tape.value, 678.885279901, 4e-6 * 679.0 + 1e-3);
+  EXPECT_NEAR(section.tape.value, 678.885279901, 1e-3);
 }
 
 TEST(Section, HasNoSigmaWhereTheModelHasNoNormalMatrix) {
