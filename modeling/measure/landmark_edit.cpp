@@ -108,6 +108,7 @@ Result<Landmarks> SetByHand(const MeasuredSurface& body, const Landmarks& landma
   }
   // In the order of all landmarks; no sentence says any more that it is missing.
   Landmarks edited;
+  edited.front = landmarks.front;
   for (const Landmark& known : all) {
     const Landmark* found = known.id == given.id ? &set : landmarks.Find(known.id);
     if (found != nullptr) edited.found.push_back(*found);

@@ -131,7 +131,7 @@ Result<RawMeasurement> NeckBase(const MeasuredSurface& body, const std::array<co
     FollowPoint(raw, body, from, (line[first] - line[first + 1]).stableNormalized());
     FollowPoint(raw, body, to, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
   }
-  raw.measured_share = raw.estimate.value > 0.0 ? measured / raw.estimate.value : 0.0;
+  raw.measured_share = raw.estimate.value > 0.0 ? std::min(1.0, measured / raw.estimate.value) : 0.0;
   return raw;
 }
 

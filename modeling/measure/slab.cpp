@@ -1,5 +1,6 @@
 #include "modeling/measure/slab.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -29,6 +30,8 @@ PathKnowledge SharesOfSlab(const MeasuredSurface& body, double z_min, double z_m
     shares.measured += height * row.measured;
     shares.unknown += height * row.unknown;
   }
+  shares.measured = std::min(1.0, shares.measured);  // the heights may add up to more by a rounding
+  shares.unknown = std::min(1.0, shares.unknown);
   return shares;
 }
 

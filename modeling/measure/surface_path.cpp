@@ -1,5 +1,6 @@
 #include "modeling/measure/surface_path.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/frames.h"
@@ -51,8 +52,8 @@ PathKnowledge KnowledgeAlong(const MeasuredSurface& body, const std::vector<Path
     }
   }
   if (length > 0.0) {
-    sum.measured /= length;
-    sum.unknown /= length;
+    sum.measured = std::min(1.0, sum.measured / length);  // sums of halves may exceed the sum by a rounding
+    sum.unknown = std::min(1.0, sum.unknown / length);
   }
   return sum;
 }

@@ -56,9 +56,11 @@ TEST_F(SetByHandTest, PutsAPointOnTheSurface) {
 TEST_F(SetByHandTest, ReplacesWhatWasFoundAndTheSentenceThatItWasNot) {
   Landmarks found;
   found.found = {*std::move(SetByHand(body_, {}, {"level.hip", std::nullopt, 150.0}))->Find("level.hip")};
+  found.front = 1.25;  // where the subject stands does not change
   found.omitted = {"Natural waist level: not seen.", "Crotch level: not seen."};
   auto set = SetByHand(body_, found, {"level.waist", std::nullopt, 300.0});
   ASSERT_TRUE(set.has_value());
+  EXPECT_EQ(set->front, 1.25);
   set = SetByHand(body_, *set, {"level.hip", std::nullopt, 160.0});
   ASSERT_TRUE(set.has_value());
   ASSERT_EQ(set->found.size(), 2U);
