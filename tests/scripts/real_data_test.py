@@ -21,18 +21,20 @@ CORE_RMS_LIMIT_MM = {"head_leeperrysmith": 1.0}
 UNKNOWN_LIMIT = 0.01  # Share of the core; a hand between ring and torso may leave a cell without an answer.
 SLAB_LIMIT = 0.0003
 LEVEL_STEP = 1 if os.environ.get("ANNULUS_LONG") else 3  # one level in so many
+ELSEWHERE_SHARE = 0.1  # of the levels that do not count may be neither told from one loop nor held; 0 is what should be
 # Known to miss ring_data.GIRTH_MUSTS on all levels: docs/decisions/0019.
 FALLS_SHORT = {
     ("head_leeperrysmith", "tape within 1 mm, share"),
     ("body_arms_mh_female", "tape within 1 mm, share"),
     ("body_arms_mh_female", "perimeter mean, mm"),
+    ("all", "tape within 1 mm, share"),
 }
 
 
 class RealData(ProgramTest):
     data = ""
     errors = {}  # by scan, as ring_data.girth_errors gives them
-    elsewhere = {}  # by scan: levels that do not count, and those of which the program says something wrong
+    elsewhere = {}  # by scan: levels that do not count, wrongly called one loop, told, told and held
 
     def chain(self, name):
         noisy, clean, truth = ring_data.load(self.data, name)
@@ -98,15 +100,19 @@ class RealData(ProgramTest):
 
     def check_elsewhere(self, name, sections):
         """A level that does not count is refused, or said not to be one visible loop, or its interval holds the truth."""
-        reports = self.sections_of(sections)
-        told = [r for r in reports if r is not None and not r["one_visible_loop"]]
-        plain = [(s, r) for s, r in zip(sections, reports) if r is not None and r["one_visible_loop"]]
+        pairs = list(zip(sections, self.sections_of(sections)))
+
+        def holds(truth, report):
+            return abs(report["tape_mm"] - truth["hull_perimeter_mm"]) <= 1.96 * report["tape_sigma_mm"]
+
+        told = [holds(s, r) for s, r in pairs if r is not None and not r["one_visible_loop"]]
+        plain = [(s, r) for s, r in pairs if r is not None and r["one_visible_loop"]]
         missed = [f"{s['z_mm']:g} ({r['tape_mm'] - s['hull_perimeter_mm']:+.1f} mm, sigma {r['tape_sigma_mm']:.2f})"
-                  for s, r in plain if abs(r["tape_mm"] - s["hull_perimeter_mm"]) > 1.96 * r["tape_sigma_mm"]]
-        self.elsewhere[name] = (len(sections), len(missed))
-        print(f"  elsewhere {len(sections)} levels: {reports.count(None)} refused, {len(told)} said not to be one visible "
-              f"loop, {len(plain) - len(missed)} intervals hold the truth, {len(missed)} do not"
-              + (": z = " + ", ".join(missed) if missed else ""))
+                  for s, r in plain if not holds(s, r)]
+        self.elsewhere[name] = (len(pairs), len(missed), len(told), sum(told))
+        print(f"  elsewhere {len(pairs)} levels: {len(pairs) - len(told) - len(plain)} refused, {len(told)} said not to be one "
+              f"visible loop ({sum(told)} of these intervals hold the truth), {len(plain)} said to be one: "
+              f"{len(plain) - len(missed)} intervals hold the truth" + ("".join(", not at z = " + m for m in missed)))
 
     def check_slabs(self, truth):
         for slab in truth["slabs"]:
@@ -132,8 +138,10 @@ class RealData(ProgramTest):
         pooled = [np.concatenate([self.errors[name][k] for name in ring_data.NAMES]) for k in range(3)]
         print("\nall scans together")
         self.check_musts("all", ring_data.girth_figures(pooled))
-        levels, missed = (sum(pair[k] for pair in self.elsewhere.values()) for k in range(2))
-        print(f"  elsewhere {levels} levels: something wrong is said of {missed}")
+        levels, missed, told, held = (sum(figures) for figures in zip(*self.elsewhere.values()))
+        print(f"  elsewhere {levels} levels: {told} said not to be one visible loop, {held} of these intervals hold the truth; "
+              f"{missed} neither said so nor hold it")
+        self.assertLessEqual(missed, ELSEWHERE_SHARE * levels)
 
     def test_z_outside_the_range_is_refused(self):
         noisy, clean, _ = ring_data.load(self.data, "torso_mean_female")
