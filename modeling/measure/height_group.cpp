@@ -64,9 +64,11 @@ RawMeasurement HeightOf(const MeasuredSurface& body, const Landmark& landmark) {
 }  // namespace
 
 void AddHeights(MeasurementList& list) {
+  const bool over_floor = list.body().surface().z_min() >= 0.0;  // tables from elsewhere may count z from anywhere
+  if (!over_floor) list.Omit("Heights above the floor", "the scan reaches below z = 0, which is no floor then");
   for (const HeightRow& row : kHeights) {
     const Landmark* landmark = list.Find(row.landmark);
-    if (landmark == nullptr) continue;
+    if (landmark == nullptr || !over_floor) continue;
     RawMeasurement raw = HeightOf(list.body(), *landmark);
     raw.spec = {row.id,   row.term, "Height of " + landmark->term + " above the station's floor.",
                 "height", "mm",     kHeightLimit};

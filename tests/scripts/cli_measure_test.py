@@ -8,6 +8,7 @@ import math
 import unittest
 
 import annulus_cli
+import vase_scan
 from annulus_cli import ProgramTest
 
 NORMAL_975 = 1.959963984540054  # scipy.stats.norm.ppf(0.975)
@@ -126,6 +127,20 @@ class Table(SimulatedPerson):
         for name in ("waist_girth", "hip_girth"):
             self.assertNotIn(name, table)
         self.assertTrue([sentence for sentence in report["omitted"] if "waist" in sentence])
+
+    def test_a_scan_that_counts_z_from_elsewhere_has_lengths_and_no_heights(self):
+        rows = vase_scan.csv().splitlines()
+        moved = [line.split(",") for line in rows[2:]]
+        lines = rows[:2] + [",".join([row[0], str(float(row[1]) - 1000), *row[2:]]) for row in moved]
+        self.write("vase.csv", "\n".join(lines) + "\n")
+        self.succeeds("import", "vase.csv", "--out", "vase.mcap")
+        self.succeeds("fit", "vase.mcap", "--out", "vase.json")
+        report, table = self.table("vase.json")
+        self.assertAlmostEqual(table["waist_girth"]["value_mm"], vase_scan.girth("waist"), delta=1.0)
+        drop = vase_scan.LEVELS["waist"][0] - vase_scan.LEVELS["hip"][0]
+        self.assertAlmostEqual(table["waist_to_hip_drop"]["value_mm"], drop, delta=5.0)
+        self.assertEqual([name for name in table if name.endswith("_height")], [])
+        self.assertTrue([sentence for sentence in report["omitted"] if sentence.startswith("Heights above the floor: ")])
 
     def test_without_covariance_values_stay_and_uncertainties_are_not_known(self):
         _, full = self.table()
