@@ -55,7 +55,7 @@ inline SimulatedTorso PersonTorso(const sim::PersonOptions& options) {
 }
 
 /// A head on its neck as the head profile scans it.
-inline SimulatedTorso HeadTorso(const sim::HeadOptions& options) { return TorsoOf(sim::MakeHead(options), 60.0, 1.0); }
+inline SimulatedTorso HeadTorso(const sim::HeadOptions& options) { return TorsoOf(sim::MakeHead(options), 10.0, 1.0); }
 
 constexpr std::size_t kSimulatedSensors = 180;
 
