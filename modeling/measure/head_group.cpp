@@ -66,8 +66,8 @@ Result<RawMeasurement> EarToEar(const MeasuredSurface& body, const Landmark& rig
   }
   const std::vector<Eigen::Vector3d>& line = raw.paths.back();
   if (line.size() < 2) return raw;
-  FollowPoint(raw, body, right, (line[0] - line[1]).stableNormalized());
-  FollowPoint(raw, body, left, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
+  FollowPlace(raw, body, right, (line[0] - line[1]).stableNormalized());
+  FollowPlace(raw, body, left, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
   return raw;
 }
 

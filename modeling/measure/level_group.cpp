@@ -128,9 +128,10 @@ Result<RawMeasurement> NeckBase(const MeasuredSurface& body, const std::array<co
     for (const PathPoint& point : tape->path) line.push_back(point.position);
     if (line.size() < first + 2) continue;
     // A tape's length follows its ends along its own direction there.
-    FollowPoint(raw, body, from, (line[first] - line[first + 1]).stableNormalized());
-    FollowPoint(raw, body, to, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
+    FollowPlace(raw, body, from, (line[first] - line[first + 1]).stableNormalized());
+    FollowPlace(raw, body, to, (line[line.size() - 1] - line[line.size() - 2]).stableNormalized());
   }
+  raw.height_share = HeightShare(raw.paths.back());
   raw.measured_share = raw.estimate.value > 0.0 ? std::min(1.0, measured / raw.estimate.value) : 0.0;
   return raw;
 }

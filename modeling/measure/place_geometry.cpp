@@ -34,12 +34,15 @@ SurfacePlace PlaceOf(const Landmark& landmark) { return {landmark.theta.value, l
 void FollowPoint(RawMeasurement& raw, const MeasuredSurface& body, const Landmark& landmark,
                  const Eigen::Vector3d& derivative) {
   const SurfacePlace place = PlaceOf(landmark);
-  const PlaceFrame frame = FrameAt(body, place);
   GradientSum own(body.surface());
-  own.AddRadius(place.theta, place.z, derivative.dot(frame.by_radius));
-  const double value = raw.estimate.value;
+  own.AddRadius(place.theta, place.z, derivative.dot(FrameAt(body, place).by_radius));
   raw.estimate = Combine(1.0, raw.estimate, 1.0, {0.0, own.Get()});
-  raw.estimate.value = value;
+  FollowPlace(raw, body, landmark, derivative);
+}
+
+void FollowPlace(RawMeasurement& raw, const MeasuredSurface& body, const Landmark& landmark,
+                 const Eigen::Vector3d& derivative) {
+  const PlaceFrame frame = FrameAt(body, PlaceOf(landmark));
   // Placing is given along the surface in mm: per mm, theta moves by 1/|P_theta| and z by 1/|P_z|.
   const double across = frame.by_theta.norm();
   Follow(raw, landmark.theta, derivative.dot(frame.by_theta), across > 0.0 ? landmark.placing_across / across : 0.0);

@@ -22,6 +22,11 @@ struct PlaceFrame {
 void FollowPoint(RawMeasurement& raw, const MeasuredSurface& body, const Landmark& landmark,
                  const Eigen::Vector3d& derivative);
 
+/// The same without the radius at the landmark: for values whose own gradient knows that already, as a path's does that
+/// ends at the landmark.
+void FollowPlace(RawMeasurement& raw, const MeasuredSurface& body, const Landmark& landmark,
+                 const Eigen::Vector3d& derivative);
+
 /// Straight distance of two landmarks, mm.
 [[nodiscard]] RawMeasurement StraightDistance(const MeasuredSurface& body, const Landmark& a, const Landmark& b);
 

@@ -200,6 +200,44 @@ TEST(MeasurementList, ACommonOffsetOfOneMillimetreIsTwoPiOfGirth) {
   EXPECT_NEAR(Get(table, "waist_to_hip_area").budget.calibration, kTwoPi * 200.0, 1e-3);
 }
 
+TEST(MeasurementList, FollowsTheSurfaceAsDifferencesShow) {
+  // Offsets v of the 90 columns of coefficients: what the table says of them, a covariance v·vᵀ of the directions, is
+  // what becomes of each number when the coefficients grow by ± v/100.
+  SurfaceModel model = Tube([](double theta, double z) {
+    return 110.0 + 15.0 * std::cos(2.0 * theta) + 4.0 * std::sin(3.0 * theta + 0.01 * z) * std::cos(0.02 * z) +
+           6.0 * std::sin(0.015 * z);
+  });
+  SurfaceSegment& segment = model.segments.front();
+  segment.normal_matrix.resize(0, 0);
+  const SplineSurface& surface = segment.surface;
+  const std::size_t width = surface.theta_basis().count();
+  for (const double phase : {0.0, 1.0, 2.5}) {
+    Eigen::VectorXd offsets(static_cast<Eigen::Index>(width));
+    for (Eigen::Index k = 0; k < offsets.size(); ++k) {
+      const double theta = kTwoPi * static_cast<double>(k) / static_cast<double>(width);
+      offsets[k] = std::cos(phase) + std::sin(theta + phase) + std::sin(2.0 * theta - phase);
+    }
+    const auto moved = [&](double share) {
+      const Eigen::VectorXd all = offsets.replicate(static_cast<Eigen::Index>(surface.z_basis().count()), 1);
+      SurfaceModel other = model;
+      other.segments.front().surface = {surface.theta_basis(), surface.z_basis(), surface.coefficients() + share * all};
+      return TableOf(other, 0.0).measurements;
+    };
+    constexpr double kShare = 0.01;
+    const std::vector<Measurement> more = moved(kShare);
+    const std::vector<Measurement> less = moved(-kShare);
+    model.systematic = {CalibrationErrors{offsets * offsets.transpose(), 0.0, 0.0}, {}};
+    const std::vector<Measurement> here = TableOf(model, 0.0).measurements;
+    model.systematic.reset();
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      const double difference = std::abs(more[k].value.value - less[k].value.value) / (2.0 * kShare);
+      // Volumes and areas per mm of a body of some 1000 × 200 mm.
+      const double scale = here[k].unit == "mm3" ? 2e5 : here[k].unit == "mm2" ? 1e3 : 1.0;
+      EXPECT_NEAR(here[k].budget.calibration, difference, 0.02 * (difference + scale)) << here[k].id << " " << phase;
+    }
+  }
+}
+
 TEST(MeasurementList, SwayLeavesGirthsAndMovesLinesThatRunUp) {
   SurfaceModel model = Tube([](double, double z) { return 150.0 - 0.03 * z; });
   model.systematic = {{}, SwayErrors{0.0, 5.0, 100.0}};
