@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "modeling/measure/landmarks.h"
+#include "modeling/landmarks/landmarks.h"
 #include "station/commands.h"
 #include "station/compare.h"
 #include "station/loaded_model.h"

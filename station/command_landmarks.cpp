@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "modeling/exchange/landmarks_json.h"
-#include "modeling/measure/landmarks.h"
+#include "modeling/landmarks/landmarks.h"
 #include "station/commands.h"
 #include "station/loaded_model.h"
 #include "station/measurement_output.h"

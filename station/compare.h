@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 #include "fitting/surface_model.h"
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 
 namespace annulus {
 

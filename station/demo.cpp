@@ -8,7 +8,7 @@
 
 #include "acquisition/recording.h"
 #include "modeling/exchange/model_json.h"
-#include "modeling/measure/landmarks.h"
+#include "modeling/landmarks/landmarks.h"
 #include "modeling/measure/section.h"
 #include "render/plot.h"
 #include "render/png.h"

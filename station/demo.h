@@ -11,7 +11,7 @@
 #include "base/storage.h"
 #include "fitting/fit_surface.h"
 #include "modeling/glasses/placement.h"
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 #include "station/scan_job.h"
 #include "station/truth_table.h"
 

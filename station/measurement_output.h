@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 
 namespace annulus {
 

@@ -7,7 +7,7 @@
 #include "base/result.h"
 #include "base/storage.h"
 #include "fitting/surface_model.h"
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 #include "station/sheet_words.h"
 #include "station/units_text.h"
 

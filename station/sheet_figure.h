@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "fitting/surface_model.h"
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 #include "station/sheet_canvas.h"
 #include "station/sheet_words.h"
 

@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 #include "modeling/measure/section.h"
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 #include "sim/parametric_body.h"
 
 namespace annulus {

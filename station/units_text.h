@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 
 namespace annulus {
 

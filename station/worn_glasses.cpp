@@ -1,7 +1,7 @@
 #include "station/worn_glasses.h"
 
 #include "modeling/glasses/frame.h"
-#include "modeling/measure/face_points.h"
+#include "modeling/landmarks/face_points.h"
 #include "modeling/mesh/mesh_io.h"
 
 namespace annulus {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "modeling/measure/landmark_edit.h"
+#include "modeling/landmarks/landmark_edit.h"
 
 namespace annulus {
 

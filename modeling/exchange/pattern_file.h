@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 
 namespace annulus {
 

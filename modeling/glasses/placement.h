@@ -10,7 +10,7 @@
 #include "fitting/spline_surface.h"
 #include "modeling/glasses/frame.h"
 #include "modeling/glasses/frame_parameters.h"
-#include "modeling/measure/face_points.h"
+#include "modeling/landmarks/face_points.h"
 
 namespace annulus {
 

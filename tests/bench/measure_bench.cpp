@@ -7,10 +7,10 @@
 
 #include "acquisition/csv_scan.h"
 #include "fitting/fit_surface.h"
+#include "modeling/landmarks/landmarks.h"
 #include "modeling/measure/closest_point.h"
 #include "modeling/measure/curvature.h"
 #include "modeling/measure/geodesic.h"
-#include "modeling/measure/landmarks.h"
 #include "modeling/measure/plane_cut.h"
 #include "modeling/measure/region.h"
 #include "modeling/measure/section.h"
@@ -18,8 +18,8 @@
 #include "modeling/measure/slab.h"
 #include "modeling/measure/surface_cursor.h"
 #include "modeling/measure/systematic.h"
-#include "modeling/measure/table.h"
 #include "modeling/measure/taut_tape.h"
+#include "modeling/table/table.h"
 #include "tests/bench/bench_scan.h"
 
 // Queries of one fitted model that is loaded: what a person waits for. No single one may take more than 20 ms.

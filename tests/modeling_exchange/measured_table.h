@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "modeling/measure/table.h"
+#include "modeling/table/table.h"
 
 namespace annulus::test {
 

@@ -8,7 +8,7 @@ import random
 import annulus_cli
 from annulus_cli import CSV_COLUMNS, RING_RADIUS_MM, ProgramTest
 
-# Extrema of size(z), found as in tests/modeling_measure/table_test.cpp with scipy.optimize.minimize_scalar.
+# Extrema of size(z), found as in tests/modeling_table/table_test.cpp with scipy.optimize.minimize_scalar.
 LEVELS = {"level.head": 1589.58, "level.neck": 1468.43, "level.waist": 1093.01, "level.hip": 870.03}
 
 
