@@ -176,14 +176,16 @@ std::optional<std::pair<Estimate, SurfaceVertex>> FindBulge(const MeasuredSurfac
   return std::pair(theta, std::move(*vertex));
 }
 
-Landmarks NeckBack(const MeasuredSurface& body, const BodyShape& shape, const Landmarks& sides) {
+/// `front`: the front neck point, null if it was not found; the cervicale does not lie below it.
+Landmarks NeckBack(const MeasuredSurface& body, const BodyShape& shape, const Landmarks& sides, const Landmark* front) {
   constexpr std::string_view kId = "neck_back";
   const Landmark* right = sides.Find("neck_right");
   const Landmark* left = sides.Find("neck_left");
   if (right == nullptr || left == nullptr) return Omitted(kId, "the side neck points are missing");
   const double behind = shape.front + kPi;
   const Estimate base = Combine(0.5, right->z, 0.5, left->z);
-  if (const auto bulge = FindBulge(body, behind, base.value)) {
+  const auto bulge = FindBulge(body, behind, base.value);
+  if (bulge && (front == nullptr || bulge->second.z.value >= front->z.value)) {
     const double height = bulge->second.height;
     return PointAt(body, kId, {bulge->first, bulge->second.z}, height / (height + 2.0), kNeckBack);
   }
@@ -236,8 +238,9 @@ Landmarks FindBodyPoints(const MeasuredSurface& body, const BodyShape& shape, co
     const Landmarks left = SidePoints(body, shape.front + kPi / 2.0, *neck, "neck_left", "shoulder_left");
     sides.found.insert(sides.found.end(), left.found.begin(), left.found.end());
     sides.omitted.insert(sides.omitted.end(), left.omitted.begin(), left.omitted.end());
-    add(NeckFront(body, shape, neck->z.value));
-    add(NeckBack(body, shape, sides));
+    const Landmarks front = NeckFront(body, shape, neck->z.value);
+    add(front);
+    add(NeckBack(body, shape, sides, front.Find("neck_front")));
     add(sides);
   } else {
     for (const char* id : {"neck_front", "neck_back", "neck_right", "neck_left", "shoulder_right", "shoulder_left"}) {

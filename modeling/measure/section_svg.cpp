@@ -17,6 +17,8 @@
 namespace annulus {
 namespace {
 
+constexpr double kTwoSided95 = 1.959963984540054;  // standard normal quantile at 0.975
+
 constexpr double kTolerance = 0.01;   // mm between drawing and section
 constexpr double kMargin = 15.0;      // mm around the section and its labels
 constexpr double kLineHeight = 5.5;   // mm
@@ -139,11 +141,11 @@ std::string TapePath(const SplineSurface& surface, double z) {
   return "<path class=\"tape\" d=\"" + path + " Z\"/>\n";
 }
 
-/// "12.30 ± 0.04 mm", without the sd where the model has none.
+/// "12.30 ± 0.08 mm", half the 95 % interval; without it where the model has none.
 std::string NumberWithSigma(const Uncertain& number, int digits, const char* unit) {
   const std::string value = fmt::format("{:.{}f}", number.value, digits);
   if (std::isnan(number.sigma)) return value + " " + unit;
-  return fmt::format("{} ± {:.{}f} {}", value, number.sigma, digits, unit);
+  return fmt::format("{} ± {:.{}f} {}", value, kTwoSided95 * number.sigma, digits, unit);
 }
 
 std::vector<std::string> Captions(const MeasuredSurface& body, double z, const std::vector<KnownRun>& runs,
@@ -155,7 +157,7 @@ std::vector<std::string> Captions(const MeasuredSurface& body, double z, const s
     lines.push_back("perimeter " + NumberWithSigma(section->perimeter, 2, "mm"));
     lines.push_back("tape (dashed) " + NumberWithSigma(section->tape, 2, "mm"));
     lines.push_back("area " + NumberWithSigma(section->area, 0, "mm²"));
-    lines.push_back(fmt::format("{}{:.1f} % measured", std::isnan(section->tape.sigma) ? "" : "± is 1 sd; ",
+    lines.push_back(fmt::format("{}{:.1f} % measured", std::isnan(section->tape.sigma) ? "" : "± is 95 %; ",
                                 100.0 * section->measured_share));
   } else {
     lines.push_back(

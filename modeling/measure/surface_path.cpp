@@ -73,8 +73,9 @@ PathKnowledge KnowledgeOfLevel(const MeasuredSurface& body, double z) {
 
 Status CheckKnown(const PathKnowledge& knowledge, const std::string& attempted) {
   if (knowledge.unknown == 0.0) return {};
-  return Fail(attempted, NumberText(std::ceil(1000.0 * knowledge.unknown) / 10.0) + " % of it was not seen",
-              "choose a place that the ring saw all around (it is not one visible loop here), or scan again");
+  return Fail(
+      attempted, NumberText(std::ceil(1000.0 * knowledge.unknown) / 10.0) + " % of it was not seen",
+      "choose a place or path that the ring saw (across this one there is not one visible loop), or scan again");
 }
 
 Status CheckInRange(const MeasuredSurface& body, double z, const std::string& attempted) {

@@ -115,7 +115,7 @@ void AddHead(MeasurementList& list) {
         "Length over the skin from the right to the left tragion in the plane through " + via->term + ".",
         "skin, plane cut",
         "mm",
-        kSegmentLengthLimit};
+        0.0};
     auto raw = EarToEar(list.body(), {right, via, left});
     if (raw) raw->spec = spec;
     list.Add(spec, std::move(raw));

@@ -61,7 +61,7 @@ void AddArc(MeasurementList& list, const LevelMeasures& section, const AcrossRow
            {row.id, row.term,
             std::string("The ") + row.part + " part of the horizontal tape at the " + where +
                 ", parted by the plane halfway between the most forward and the most rearward point.",
-            "tape, part", "mm", kLargeGirthLimit});
+            "tape, part", "mm", 0.0});
 }
 
 void AddRow(MeasurementList& list, const LevelRow& row, const LevelMeasures& section) {
