@@ -91,12 +91,12 @@ SurfacePlace SideOf(const QueryBody& b) { return {2.6, b.HeightAt(0.45)}; }
 /// A patch of the front, cut by two planes.
 Result<RegionEstimates> PatchOfFront(const QueryBody& b) {
   return RegionBetween(
-      *b.body, {{1.2, b.HeightAt(0.5)}, {1.9, b.HeightAt(0.5)}, {1.55, b.HeightAt(0.55)}, {1.55, b.HeightAt(0.42)}});
+      *b.body, {{1.2, b.HeightAt(0.5)}, {1.9, b.HeightAt(0.5)}, {1.55, b.HeightAt(0.52)}, {1.55, b.HeightAt(0.48)}});
 }
 
 /// One row per query and body. A query returns a Result; a new one is a line more.
 [[maybe_unused]] const bool registered = [] {
-  for (const std::string name : {"tube", "head_leeperrysmith", "torso_mean_female"}) {
+  for (const std::string name : {"tube", "head_leeperrysmith", "torso_mean_female", "body_mean_female"}) {
     // Fitted when the first of its rows runs, and kept for the others.
     const auto body = std::make_shared<std::unique_ptr<Result<QueryBody>>>();
     const auto add = [&](const std::string& query_name, auto query) {
