@@ -96,9 +96,10 @@ def counted_sections(clean, truth):
 
 
 def other_sections(clean, truth):
-    """The true sections that do not count."""
+    """The sections that do not count, of those whose truth has an outline."""
     counted = {section["z_mm"] for section in counted_sections(clean, truth)}
-    return [section for section in truth["sections"] if section["z_mm"] not in counted]
+    return [section for section in truth["sections"]
+            if section["z_mm"] not in counted and "hull_perimeter_mm" in section]
 
 
 # What must hold of one scan's girths, and of all scans' together.
