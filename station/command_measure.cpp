@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/storage.h"
+#include "base/units.h"
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/landmarks/landmarks.h"
+#include "modeling/measure/plane_cut.h"
 #include "modeling/measure/section.h"
 #include "modeling/measure/section_svg.h"
 #include "modeling/measure/slab.h"
@@ -29,9 +33,48 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 struct SectionOptions {
   std::string model;
   double z_mm = 0.0;
+  double tilt_deg = 0.0;
+  double lean_deg = 0.0;
   std::string svg;
   std::string json;
+
+  [[nodiscard]] bool IsLevel() const { return tilt_deg == 0.0 && lean_deg == 0.0; }
 };
+
+/// The girth in a plane that is not level. It crosses the ring's axis at the height asked for.
+Status RunTiltedSection(const SectionOptions& options, CommandIo& io) {
+  if (!options.svg.empty()) {
+    io.set_failure_code(2);
+    return Fail("draw the section", "a tilted plane was asked for", "leave out --svg, or --tilt and --lean");
+  }
+  const auto loaded = LoadModel(io, options.model);
+  if (!loaded) return Fail(loaded);
+  const Eigen::Vector3d normal = Eigen::Vector3d(std::tan(RadiansFromDegrees(options.lean_deg)),
+                                                 std::tan(RadiansFromDegrees(options.tilt_deg)), 1.0)
+                                     .normalized();
+  const auto girth = GirthInPlane(loaded->body, {normal, normal.z() * options.z_mm});
+  if (!girth) return Fail(girth);
+  const std::vector<Uncertain> numbers = loaded->body.WithSigmas({girth->perimeter, girth->tape, girth->area});
+  if (options.json.empty()) {
+    return io.Print(
+        fmt::format("section in a plane through z = {:.1f} mm on the axis, front {:g} deg and right {:g} deg "
+                    "lower ({:.1f} % measured)\n",
+                    options.z_mm, options.tilt_deg, options.lean_deg, 100.0 * girth->knowledge.measured) +
+        fmt::format("  perimeter {:10.2f} mm   {}\n", numbers[0].value, HalfWidth95Text(numbers[0], 2)) +
+        fmt::format("  tape      {:10.2f} mm   {}\n", numbers[1].value, HalfWidth95Text(numbers[1], 2)) +
+        fmt::format("  area      {:10.1f} mm²  {}\n", numbers[2].value, HalfWidth95Text(numbers[2], 1)));
+  }
+  return io.WriteJson(options.json, {{"z_mm", options.z_mm},
+                                     {"tilt_deg", options.tilt_deg},
+                                     {"lean_deg", options.lean_deg},
+                                     {"perimeter_mm", numbers[0].value},
+                                     {"tape_mm", numbers[1].value},
+                                     {"area_mm2", numbers[2].value},
+                                     {"perimeter_sigma_mm", JsonNumber(numbers[0].sigma)},
+                                     {"tape_sigma_mm", JsonNumber(numbers[1].sigma)},
+                                     {"area_sigma_mm2", JsonNumber(numbers[2].sigma)},
+                                     {"measured_share", girth->knowledge.measured}});
+}
 
 /// Why a section is not one loop that the ring saw from all sides; empty if it is.
 std::string WhyNotOneLoop(const SurfaceModel& model, const SectionMeasures& section) {
@@ -48,6 +91,7 @@ std::string WhyNotOneLoop(const SurfaceModel& model, const SectionMeasures& sect
 }
 
 Status RunSection(const SectionOptions& options, CommandIo& io) {
+  if (!options.IsLevel()) return RunTiltedSection(options, io);
   const auto loaded = LoadModel(io, options.model);
   if (!loaded) return Fail(loaded);
   if (!options.svg.empty()) {  // first: what has gaps can be drawn, though not measured
@@ -185,9 +229,15 @@ void AddSheetOptions(CLI::App& command, SheetOptions& sheet) {
 
 void AddSectionCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<SectionOptions>();
-  CLI::App* command = app.add_subcommand("section", "perimeter, tape and area of a horizontal section");
+  CLI::App* command = app.add_subcommand("section", "perimeter, tape and area of a section, horizontal or tilted");
   command->add_option("model", options->model, "model")->required();
   command->add_option("--z", options->z_mm, "height of the section, mm")->required()->type_name("MM");
+  command->add_option("--tilt", options->tilt_deg, "the plane falls to the front by so many degrees")
+      ->check(CLI::Range(-75.0, 75.0))
+      ->type_name("DEG");
+  command->add_option("--lean", options->lean_deg, "the plane falls to the subject's right by so many degrees")
+      ->check(CLI::Range(-75.0, 75.0))
+      ->type_name("DEG");
   command->add_option("--svg", options->svg, "picture of the section in true scale")->type_name("F");
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus section model.json --z 1050 --svg section.svg --json -");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/markup_text.h"
 #include "modeling/exchange/base64.h"
 #include "station/command_line.h"
 #include "station/measurement_output.h"
@@ -44,29 +45,6 @@ figcaption { padding:.5rem .8rem; font-size:.88rem; color:var(--soft); }
 ul { padding-left:1.2rem; } li { margin:.2rem 0; } code { font-size:.92em; }
 )css";
 
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 /// Digits that are worth showing: hundredths of a mm, of a dm³ more.
 std::string Shown(double value, const std::string& unit) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(unit == "dm³" ? "{:.3f}" : "{:.2f}"), value)
@@ -80,7 +58,7 @@ std::string ShownDifference(const Comparison& row) {
 }
 
 std::string Fact(const std::string& name, const std::string& value) {
-  return "<tr><td>" + Escaped(name) + "</td><td>" + Escaped(value) + "</td></tr>\n";
+  return "<tr><td>" + MarkupText(name) + "</td><td>" + MarkupText(value) + "</td></tr>\n";
 }
 
 std::string ComparisonTable(const std::vector<Comparison>& comparisons) {
@@ -94,7 +72,7 @@ std::string ComparisonTable(const std::vector<Comparison>& comparisons) {
     }
     before = &row;
     html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                        Escaped(row.term), row.unit, Shown(row.measured, row.unit), Shown(row.half95, row.unit),
+                        MarkupText(row.term), row.unit, Shown(row.measured, row.unit), Shown(row.half95, row.unit),
                         Shown(row.truth, row.unit), ShownDifference(row));
   }
   return html + "</tbody></table></div>\n";
@@ -108,7 +86,7 @@ std::string MeasurementTableHtml(const MeasurementTable& table) {
     const double half = HalfWidth95(m.value);
     const auto within = IntervalWithinLimit(m);
     html += fmt::format(
-        "<tr><td>{}</td><td>{:.1f} {}</td><td>{}</td><td>{:.0f} %</td><td>{}</td></tr>\n", Escaped(m.term),
+        "<tr><td>{}</td><td>{:.1f} {}</td><td>{}</td><td>{:.0f} %</td><td>{}</td></tr>\n", MarkupText(m.term),
         m.value.value, m.unit,
         std::isfinite(half) ? fmt::format("{:.1f} … {:.1f}", m.value.value - half, m.value.value + half) : "–",
         100.0 * m.measured_share,
@@ -123,7 +101,7 @@ std::string Pictures(const std::vector<DemoPicture>& pictures) {
     html += fmt::format(
         "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption>"
         "</figure>\n",
-        Escaped(picture.caption), EncodeBase64(picture.png));
+        MarkupText(picture.caption), EncodeBase64(picture.png));
   }
   return html + "</div>\n";
 }
@@ -157,15 +135,15 @@ std::string Inferred(const DemoSubject& subject) {
       "between returns, and {:.1f} % is unknown: no number is given there.</li>\n",
       100.0 * subject.shares.measured, 100.0 * subject.shares.inferred, 100.0 * subject.shares.unknown);
   for (const SectionRegion& region : subject.fit.regions) {
-    html += "<li>Not one loop around the axis: " + Escaped(region.BriefReport()) + ".</li>\n";
+    html += "<li>Not one loop around the axis: " + MarkupText(region.BriefReport()) + ".</li>\n";
   }
   for (const Measurement& m : subject.table.measurements) {
     if (m.measured_share < 0.999 && m.id.ends_with("_girth")) {
       html +=
-          fmt::format("<li>{}: {:.0f} % of the outline was seen.</li>\n", Escaped(m.term), 100.0 * m.measured_share);
+          fmt::format("<li>{}: {:.0f} % of the outline was seen.</li>\n", MarkupText(m.term), 100.0 * m.measured_share);
     }
   }
-  for (const std::string& sentence : subject.table.omitted) html += "<li>" + Escaped(sentence) + "</li>\n";
+  for (const std::string& sentence : subject.table.omitted) html += "<li>" + MarkupText(sentence) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -211,7 +189,7 @@ std::string SubjectHtml(const DemoSubject& subject) {
         picture.file.find("_section_") != std::string::npos || picture.file.find("_residuals") != std::string::npos;
     (diagram ? diagrams : portraits).push_back(picture);
   }
-  std::string html = "<h2>" + Escaped(subject.title) + "</h2>\n" + Pictures(portraits);
+  std::string html = "<h2>" + MarkupText(subject.title) + "</h2>\n" + Pictures(portraits);
   html += "<h3>Measured against true</h3>\n" + ComparisonTable(subject.comparisons);
   html += "<h3>Measurement table</h3>\n" + MeasurementTableHtml(subject.table);
   if (subject.glasses) html += Glasses(*subject.glasses);
@@ -222,7 +200,7 @@ std::string SubjectHtml(const DemoSubject& subject) {
 }
 
 std::string Card(const std::string& value, const std::string& meaning) {
-  return "<div class=\"card\"><b>" + value + "</b><span>" + Escaped(meaning) + "</span></div>\n";
+  return "<div class=\"card\"><b>" + value + "</b><span>" + MarkupText(meaning) + "</span></div>\n";
 }
 
 std::string Cards(const DemoResult& result) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "base/markup_text.h"
+
 namespace annulus {
 namespace {
 
@@ -67,30 +69,6 @@ constexpr std::array kRecipes{
 
 constexpr std::string_view kCustomPrefix = "@annulus_";
 
-/// Text for an XML attribute or element. Control characters, which XML 1.0 does not allow, become spaces.
-std::string Escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return out;
-}
-
 std::string Description(const Measurement& m) {
   const std::string sd =
       std::isfinite(m.value.sigma) ? fmt::format("± {:.2f} mm (1 sd)", m.value.sigma) : std::string("sd not known");
@@ -98,8 +76,8 @@ std::string Description(const Measurement& m) {
 }
 
 std::string Entry(std::string_view name, double value_mm, const Measurement& m) {
-  return fmt::format("        <m name=\"{}\" value=\"{:.2f}\" full_name=\"{}\" description=\"{}\"/>\n", Escaped(name),
-                     value_mm, Escaped(m.term), Escaped(Description(m)));
+  return fmt::format("        <m name=\"{}\" value=\"{:.2f}\" full_name=\"{}\" description=\"{}\"/>\n",
+                     MarkupText(name), value_mm, MarkupText(m.term), MarkupText(Description(m)));
 }
 
 /// What precedes the measurements. Both programs write 998 for "no pattern making system", and a birth date of 1800
@@ -113,7 +91,7 @@ std::string Head(SewingDialect dialect, const std::vector<std::string>& left_out
       "    <notes>{}</notes>\n    <unit>mm</unit>\n    <pm_system>998</pm_system>\n    <personal>\n"
       "        <family-name/>\n        <given-name/>\n        <birth-date>1800-01-01</birth-date>\n"
       "        <gender>unknown</gender>\n        <email/>\n    </personal>\n    <body-measurements>\n",
-      seamly ? "smis" : "vit", seamly ? "0.3.4" : "0.3.3", Escaped(notes));
+      seamly ? "smis" : "vit", seamly ? "0.3.4" : "0.3.3", MarkupText(notes));
 }
 
 }  // namespace

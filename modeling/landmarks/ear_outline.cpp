@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/units.h"
+#include "modeling/landmarks/weighted_mean.h"
 
 namespace annulus {
 namespace {
@@ -108,20 +109,9 @@ std::optional<EarRows> FindEarRows(const std::vector<std::vector<double>>& heigh
   return rows;
 }
 
-/// Sums of a centroid.
-struct Centroid {
-  double weight = 0.0;
-  double sum = 0.0;
-  void Add(double w, double value) {
-    weight += w;
-    sum += w * value;
-  }
-  [[nodiscard]] double value() const { return sum / weight; }
-};
-
 /// The ear's middle, degrees forward: centroid of its relief in all its rows.
 double MiddleOf(const std::vector<std::vector<double>>& heights, const EarRows& rows) {
-  Centroid middle;
+  WeightedMean middle;
   for (std::size_t row = rows.upper; row <= rows.lower; ++row) {
     for (std::size_t k = 0; k < heights[row].size(); ++k) {
       middle.Add(std::max(heights[row][k] - rows.edge, 0.0), EarRelief::kBack + static_cast<double>(k));
@@ -160,7 +150,7 @@ std::optional<EarOutline> FindEarOutline(const HeadGrid& grid, BodySide side, do
   const std::vector<std::vector<double>> heights = EarOnly(relief, first, grid.RowAt(lowest));
   const std::optional<EarRows> rows = FindEarRows(heights);
   if (!rows) return std::nullopt;
-  Centroid forward;
+  WeightedMean forward;
   const std::vector<double>& top = heights[rows->upper];
   for (std::size_t k = 0; k < top.size(); ++k) {
     forward.Add(std::max(top[k] - 0.5 * rows->edge, 0.0), EarRelief::kBack + static_cast<double>(k));

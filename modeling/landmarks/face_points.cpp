@@ -8,6 +8,7 @@
 
 #include "base/frames.h"
 #include "modeling/landmarks/ear_outline.h"
+#include "modeling/landmarks/weighted_mean.h"
 
 namespace annulus {
 namespace {
@@ -63,17 +64,6 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
   return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), LandmarkSource::kProportion};
 }
 
-/// Sums of a centroid.
-struct Centroid {
-  double weight = 0.0;
-  double sum = 0.0;
-  void Add(double w, double value) {
-    weight += w;
-    sum += w * value;
-  }
-  [[nodiscard]] double value() const { return sum / weight; }
-};
-
 /// Where, in front, the surface at height z is `lateral` mm from the mid-plane: theta by bisection, as the lateral
 /// falls with theta there.
 Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, double lateral, double z) {
@@ -100,8 +90,8 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAnd
   constexpr double kUsualBelow = 7.0;
   const double sign = side == BodySide::kRight ? 1.0 : -1.0;
   const auto middle = static_cast<int>(std::lround(DegreesFromRadians(plane.yaw)));
-  Centroid across;
-  Centroid height;
+  WeightedMean across;
+  WeightedMean height;
   for (int row = grid.RowAt(sellion.z() + 8.0); row <= grid.RowAt(sellion.z() - 27.0); ++row) {
     for (int degree = middle - 60; degree <= middle + 60; ++degree) {
       const double lateral = sign * (plane.Lateral(grid.Point(degree, row)) - root);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/frames.h"
+#include "base/markup_text.h"
 #include "modeling/measure/number_text.h"
 #include "modeling/measure/section.h"
 #include "modeling/measure/section_arcs.h"
@@ -54,23 +55,6 @@ double ShareOf(const std::vector<KnownRun>& runs, Knowledge knowledge) {
   double sum = 0.0;
   for (const KnownRun& run : runs) sum += run.knowledge == knowledge ? run.to - run.from : 0.0;
   return sum / kTwoPi;
-}
-
-/// Text of a user in XML: markup escaped, control characters as spaces.
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else if (c == '>') {
-      escaped += "&gt;";
-    } else {
-      escaped += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    }
-  }
-  return escaped;
 }
 
 /// Draws in mm of the station frame seen from above; y of the paper points down.
@@ -151,7 +135,7 @@ std::string NumberWithSigma(const Uncertain& number, int digits, const char* uni
 std::vector<std::string> Captions(const MeasuredSurface& body, double z, const std::vector<KnownRun>& runs,
                                   const SectionSvgOptions& options) {
   std::vector<std::string> lines{options.title.empty() ? fmt::format("Section at z = {:.1f} mm", z)
-                                                       : Escaped(options.title)};
+                                                       : MarkupText(options.title)};
   const auto section = MeasureSection(body, z);
   if (section) {
     lines.push_back("perimeter " + NumberWithSigma(section->perimeter, 2, "mm"));

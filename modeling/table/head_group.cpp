@@ -10,13 +10,6 @@
 namespace annulus {
 namespace {
 
-struct DistanceRow {
-  const char* a;
-  const char* b;
-  const char* id;
-  const char* term;
-  double limit;
-};
 constexpr std::array<DistanceRow, 13> kDistances{{
     {"glabella", "opisthocranion", "head_length", "Head length", kHeadOverHairLimit},
     {"euryon_right", "euryon_left", "head_breadth", "Head breadth", kHeadOverHairLimit},
@@ -90,20 +83,8 @@ Result<RawMeasurement> EarToEar(const MeasuredSurface& body, const std::array<co
 
 }  // namespace
 
-void AddDistance(MeasurementList& list, const std::array<const char*, 2>& ends, MeasurementSpec spec) {
-  const Landmark* a = list.Find(ends[0]);
-  const Landmark* b = list.Find(ends[1]);
-  if (a == nullptr || b == nullptr) return;
-  RawMeasurement raw = StraightDistance(list.body(), *a, *b);
-  spec.definition = "Straight distance from " + a->term + " to " + b->term + ".";
-  raw.spec = std::move(spec);
-  list.Add(std::move(raw));
-}
-
 void AddHead(MeasurementList& list) {
-  for (const DistanceRow& row : kDistances) {
-    AddDistance(list, {row.a, row.b}, {row.id, row.term, "", "straight line", "mm", row.limit});
-  }
+  AddDistances(list, kDistances);
   const Landmark* right = list.Find("tragion_right");
   const Landmark* left = list.Find("tragion_left");
   for (const ArcRow& row : kArcs) {

@@ -116,13 +116,6 @@ void AddLine(MeasurementList& list, const LineRow& row) {
   }
 }
 
-struct DistanceRow {
-  const char* a;
-  const char* b;
-  const char* id;
-  const char* term;
-  double limit;
-};
 constexpr std::array<DistanceRow, 4> kDistances{
     {{"bust_right", "bust_left", "bust_point_to_bust_point", "Bust point to bust point", kBreadthLimit},
      {"shoulder_right", "shoulder_left", "shoulder_breadth", "Shoulder breadth", kBreadthLimit},
@@ -143,8 +136,7 @@ constexpr std::array<SlopeRow, 2> kSlopes{
 
 void AddLines(MeasurementList& list) {
   for (const LineRow& row : kLines) AddLine(list, row);
-  for (const DistanceRow& row : kDistances)
-    AddDistance(list, {row.a, row.b}, {row.id, row.term, "", "straight line", "mm", row.limit});
+  AddDistances(list, kDistances);
   for (const SlopeRow& row : kSlopes) {
     const Landmark* neck = list.Find(row.neck);
     const Landmark* shoulder = list.Find(row.shoulder);

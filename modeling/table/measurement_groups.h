@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <span>
 
 #include "modeling/table/measurement_list.h"
 
@@ -15,8 +15,16 @@ void AddLines(MeasurementList& list);     ///< Along the skin of front, back and
 void AddHead(MeasurementList& list);      ///< Head and face.
 void AddSegments(MeasurementList& list);  ///< Volumes and skin areas between levels.
 
-/// Adds the straight distance of two landmarks if both were found; its definition is made here.
-void AddDistance(MeasurementList& list, const std::array<const char*, 2>& ends, MeasurementSpec spec);
+/// A straight distance of two landmarks.
+struct DistanceRow {
+  const char* a;
+  const char* b;
+  const char* id;
+  const char* term;
+  double limit;
+};
+/// Adds those of which both landmarks were found.
+void AddDistances(MeasurementList& list, std::span<const DistanceRow> rows);
 
 // Class limits of ISO 20685-1, mm.
 inline constexpr double kLargeGirthLimit = 9.0;

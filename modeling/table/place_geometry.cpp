@@ -1,8 +1,10 @@
 #include "modeling/table/place_geometry.h"
 
 #include <cmath>
+#include <utility>
 
 #include "base/units.h"
+#include "modeling/table/measurement_groups.h"
 
 namespace annulus {
 namespace {
@@ -76,6 +78,18 @@ RawMeasurement SlopeBelowHorizontal(const MeasuredSurface& body, const Landmark&
     FollowPoint(raw, body, from, -derivative);
   }
   return raw;
+}
+
+void AddDistances(MeasurementList& list, std::span<const DistanceRow> rows) {
+  for (const DistanceRow& row : rows) {
+    const Landmark* a = list.Find(row.a);
+    const Landmark* b = list.Find(row.b);
+    if (a == nullptr || b == nullptr) continue;
+    RawMeasurement raw = StraightDistance(list.body(), *a, *b);
+    raw.spec = {row.id,          row.term, "Straight distance from " + a->term + " to " + b->term + ".",
+                "straight line", "mm",     row.limit};
+    list.Add(std::move(raw));
+  }
 }
 
 }  // namespace annulus

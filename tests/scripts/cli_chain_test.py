@@ -54,6 +54,17 @@ class Chain(ProgramTest):
         for key in ("perimeter_sigma_mm", "tape_sigma_mm"):
             self.assertTrue(0.0 < report[key] < 1.0, report)
 
+    def test_a_tilted_section_of_a_cylinder_is_a_longer_ellipse(self):
+        # A plane at angle t to the horizontal cuts a cylinder of area A in A / cos t.
+        for option, degrees in (("--tilt", 25), ("--lean", -20)):
+            report = self.succeeds_json("section", "model.json", "--z", "200", option, degrees)
+            area = CYLINDER.area / math.cos(math.radians(degrees))
+            self.assertAlmostEqual(report["area_mm2"], area, delta=0.002 * area)
+            self.assertGreater(report["perimeter_mm"], CYLINDER.perimeter)
+            self.assertTrue(0.0 < report["tape_sigma_mm"] < 1.0, report)
+        self.fails("section", "model.json", "--z", "200", "--tilt", "70")
+        self.fails("section", "model.json", "--z", "200", "--tilt", "5", "--svg", "s.svg", status=2)
+
     def test_a_slab_has_the_cylinder_s_volume_and_area(self):
         report = self.succeeds_json("slab", "model.json", "--z-min", "50", "--z-max", "350")
         self.assertLessEqual({"z_min_mm", "z_max_mm", "volume_mm3", "area_mm2", "volume_sigma_mm3", "area_sigma_mm2"},
