@@ -147,7 +147,7 @@ TEST(SectionSvg, ShowsWhatWasInferredAndLeavesGapsOpen) {
 
 TEST(SectionSvg, EscapesTheTitle) {
   const std::string svg = Svg(Clover(), {"waist <of> \"A & B\"\n"});
-  EXPECT_THAT(svg, HasSubstr("waist &lt;of&gt; \"A &amp; B\" </text>"));
+  EXPECT_THAT(svg, HasSubstr("waist &lt;of&gt; &quot;A &amp; B&quot; </text>"));
 }
 
 TEST(SectionSvg, IsRefusedOutsideTheScanAndWhereNothingWasSeen) {
