@@ -2,9 +2,13 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <tl/expected.hpp>
 #include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
 
 namespace annulus {
 
@@ -56,6 +60,29 @@ class ModbusLink {
   virtual ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) = 0;
   /// Throws away whatever has arrived unasked. Used after the quiet time that follows an error.
   virtual void DiscardInput() = 0;
+  /// Closes the port or connection at once (TCP: by reset, so that nothing queued is delivered) and opens it anew,
+  /// under the name it was first opened by. After kLinkLost nothing else works.
+  virtual tl::expected<void, ModbusFailure> Reopen() = 0;
 };
+
+struct ModbusRtuOptions {
+  std::string device;  ///< By a name that stays: /dev/serial/by-id/…
+  int baud = 115'200;
+  char parity = 'E';  ///< N, E or O.
+  int stop_bits = 1;
+  int unit = 1;
+};
+struct ModbusTcpOptions {
+  std::string host;
+  int port = 502;
+  int unit = 1;
+  std::chrono::nanoseconds connect_timeout = std::chrono::seconds(1);
+};
+
+/// Opens a serial port or a connection by libmodbus. The clock is borrowed and must be the host's.
+Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& options, Clock& clock);
+Result<std::unique_ptr<ModbusLink>> OpenModbusTcp(const ModbusTcpOptions& options, Clock& clock);
+/// Serial ports by the names that stay (/dev/serial/by-id), full paths; empty where there are none.
+[[nodiscard]] std::vector<std::string> ListSerialPorts();
 
 }  // namespace annulus

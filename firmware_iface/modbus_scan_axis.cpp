@@ -84,6 +84,7 @@ class ModbusScanAxis final : public ScanAxis {
   Status Halt() override;
   Status QuickStop() override;
   Status Disable() override;
+  Status Reopen(nanoseconds deadline) override;
 
  private:
   [[nodiscard]] Status Gate(const char* call, State required) const;
@@ -394,6 +395,19 @@ Status ModbusScanAxis::Disable() {
   }
   return Fail("disable the axis", std::string("the drive stays in '") + DriveStateText(drive) + "'",
               "press the emergency stop");
+}
+
+Status ModbusScanAxis::Reopen(nanoseconds deadline) {
+  state_ = State::kDisabled;
+  last_ = {};
+  nanoseconds pause = std::chrono::milliseconds(50);
+  while (true) {
+    Status again = Identify();
+    if (again || clock_.Now() >= deadline) return again;
+    clock_.SleepUntil(std::min(deadline, clock_.Now() + pause));
+    pause = std::min<nanoseconds>(2 * pause, std::chrono::seconds(2));
+    static_cast<void>(link_.Reopen());
+  }
 }
 
 }  // namespace

@@ -10,7 +10,9 @@
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/units.h"
+#include "firmware_iface/can_bus.h"
 #include "firmware_iface/clock_exchange.h"
+#include "firmware_iface/usb_host.h"
 #include "firmware_iface/usb_port.h"
 
 namespace annulus {
@@ -84,6 +86,9 @@ class RangeRing {
   /// The next level. An Error naming the boards if one says nothing until the host clock reaches `deadline`, if one is
   /// unplugged, or if one loses frames repeatedly.
   virtual Result<RingLevel> NextLevel(std::chrono::nanoseconds deadline) = 0;
+  /// Finds boards again that were unplugged, reset or silent, by serial number and place, and identifies them; the ring
+  /// must be kIdle and stays so: nothing starts by itself. An Error names the boards that are not back at `deadline`.
+  virtual Status Reopen(std::chrono::nanoseconds deadline) = 0;
   /// Asks a board (index into boards()) for its clock.
   virtual Result<ClockExchange> ReadClock(std::size_t board) = 0;
 };
@@ -98,6 +103,26 @@ struct UsbRangeRingOptions {
 /// Identifies every board and makes the ring of them. The ports and the clock are borrowed and must live longer.
 /// Fails if a board does not answer, speaks another protocol version, or if the boards do not cover each sensor once.
 Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(const std::vector<UsbPort*>& ports, UsbRangeRingOptions options,
+                                                    Clock& clock);
+
+/// Opens every board that the host lists, and makes the ring of them; it can reopen boards that come back. Host and
+/// clock are borrowed and must live longer. Fails as MakeUsbRangeRing does.
+Result<std::unique_ptr<RangeRing>> OpenUsbRangeRing(UsbHost& host, UsbRangeRingOptions options, Clock& clock);
+
+struct CanRangeRingOptions {
+  std::uint16_t sensor_count = 180;                      ///< Of the whole ring.
+  std::map<std::uint32_t, std::uint16_t> first_sensors;  ///< Board serial → first sensor; empty: as the boards say.
+  std::size_t board_count = 12;                          ///< Boards that must have booted.
+  std::chrono::nanoseconds boot_deadline =
+      std::chrono::seconds(3);  ///< Ours: heartbeat watching starts at the first beat.
+  std::chrono::nanoseconds heartbeat = std::chrono::milliseconds(100);  ///< Producer time set on the boards.
+  std::chrono::nanoseconds sdo_timeout = std::chrono::milliseconds(100);
+};
+
+/// Boots the boards on one or more buses (CiA 301) and makes the ring of them. The buses and the clock are borrowed and
+/// must live longer. Fails, naming them, on boards that stay silent, speak another version, share a node id or a serial
+/// number, or do not cover each sensor once.
+Result<std::unique_ptr<RangeRing>> MakeCanRangeRing(const std::vector<CanBus*>& buses, CanRangeRingOptions options,
                                                     Clock& clock);
 
 }  // namespace annulus

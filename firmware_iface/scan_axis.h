@@ -82,6 +82,9 @@ class ScanAxis {
   virtual Status QuickStop() = 0;
   /// Takes the power off the motor; the brake holds.
   virtual Status Disable() = 0;
+  /// After a lost link: opens it anew, with pauses that grow, until the drive answers or `deadline`; then the axis is
+  /// kDisabled and not homed, and nothing that was ordered before is sent again.
+  virtual Status Reopen(std::chrono::nanoseconds deadline) = 0;
 };
 
 struct ModbusAxisOptions {

@@ -75,6 +75,7 @@ class UsbRangeRing final : public RangeRing {
   Status Start(Hertz level_rate) override;
   Status Stop() override;
   Result<RingLevel> NextLevel(nanoseconds deadline) override;
+  Status Reopen(nanoseconds deadline) override;
   Result<ClockExchange> ReadClock(std::size_t board) override;
 
  private:
@@ -319,6 +320,18 @@ Status UsbRangeRing::EndTransfers(std::size_t board, nanoseconds deadline) {
   }
   link.tokens.clear();
   return {};
+}
+
+Status UsbRangeRing::Reopen(nanoseconds deadline) {
+  RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
+  std::vector<UsbPort*> ports;
+  for (const BoardLink& link : links_) ports.push_back(link.port);
+  while (true) {
+    const auto known = IdentifyBoards(ports, options_);
+    if (known) return {};
+    if (clock_.Now() >= deadline) return Fail(known);
+    clock_.SleepUntil(std::min(deadline, clock_.Now() + std::chrono::milliseconds(50)));
+  }
 }
 
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {

@@ -43,6 +43,7 @@ class AxisDriveModel final : public ModbusLink {
 
   ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) override;
   void DiscardInput() override {}
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
 
   /// Where the carriage really is at a time not after the clock's; brings the drive's own supervision up to that time.
   double TrueZ(std::chrono::nanoseconds time);

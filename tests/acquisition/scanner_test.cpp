@@ -58,6 +58,7 @@ class ForgetfulLink final : public ModbusLink {
     clock_.SleepUntil(sent + timeout);
     return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
   }
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
   void DiscardInput() override { link_.DiscardInput(); }
 
   std::function<void()> on_transaction;

@@ -49,6 +49,7 @@ class SerialLine final : public ModbusLink {
     wire_.pop_front();
     return taken;
   }
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
   void DiscardInput() override {
     while (!wire_.empty() && wire_.front().arrival <= clock_.Now()) wire_.pop_front();
   }
@@ -79,6 +80,7 @@ class FreezingLine final : public ModbusLink {
     clock_.SleepUntil(clock_.Now() + timeout);
     return NoReply();
   }
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
   void DiscardInput() override {}
   std::size_t Thaw() {
     freeze_after = -1;

@@ -73,6 +73,7 @@ class FuzzedLink final : public annulus::ModbusLink {
     return registers;
   }
   void DiscardInput() override {}
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
 
   /// The registers of the last transaction, if they answered it.
   [[nodiscard]] const std::optional<std::vector<std::uint16_t>>& fitting() const { return fitting_; }

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+
+namespace annulus {
+
+enum class GpioDirection { kInput, kOutput };
+enum class GpioBias { kAsIs, kPullUp, kPullDown, kDisabled };
+
+/// One line as it is asked for. Levels are logical: `active_low` inverts at the edge, once.
+struct GpioLineSpec {
+  std::string name;  ///< Of the line (gpio-line-names of the device tree or firmware).
+  GpioDirection direction = GpioDirection::kInput;
+  bool active_low = false;
+  GpioBias bias = GpioBias::kAsIs;
+  bool edges = false;    ///< Inputs: report both edges.
+  bool initial = false;  ///< Outputs: level from the request on.
+};
+
+/// A change of level of an input.
+struct GpioEdge {
+  std::size_t line = 0;  ///< Index into the request.
+  bool level = false;    ///< After the edge.
+  std::chrono::nanoseconds host_time{0};
+};
+
+enum class GpioFault {
+  kGone,  ///< The chip was removed: nothing will ever answer again on this request.
+  kError,
+};
+struct GpioFailure {
+  GpioFault fault = GpioFault::kError;
+  std::string detail;
+};
+template <class T>
+using GpioResult = tl::expected<T, GpioFailure>;
+
+/// The seam to a set of requested GPIO lines: levels and edges. Below it lies libgpiod, or a simulated safety chain.
+/// The kernel keeps 16 edges per line at least and drops more: levels are always read again after edges. Thread-bound.
+class GpioLines {
+ public:
+  virtual ~GpioLines() = default;
+
+  [[nodiscard]] virtual std::size_t count() const = 0;
+  /// The levels of all lines now, in the order of the request; outputs read back what the pin really has where the
+  /// hardware can.
+  virtual GpioResult<std::vector<bool>> Read() = 0;
+  /// Sets one output.
+  virtual GpioResult<void> Write(std::size_t line, bool level) = 0;
+  /// The next edge of any input; nothing if none has come when the host clock reaches `deadline`. A deadline in the
+  /// past only collects.
+  virtual GpioResult<std::optional<GpioEdge>> WaitEdge(std::chrono::nanoseconds deadline) = 0;
+};
+
+/// Requests lines by name on a chip, for this program alone. `chip` is its label, name ("gpiochip0") or path; empty
+/// finds each name on any chip. The clock is borrowed and must be the host's. Fails, naming it, on a line that is
+/// missing, there twice, or in use (and by whom).
+Result<std::unique_ptr<GpioLines>> OpenGpioLines(const std::string& chip, const std::vector<GpioLineSpec>& lines,
+                                                 Clock& clock);
+
+/// A chip of the system.
+struct GpioChipInfo {
+  std::string name;  ///< "gpiochip0"
+  std::string label;
+  std::vector<std::string> lines;  ///< Names, empty where a line has none.
+};
+/// The system's chips that can be opened; empty where the kernel has none.
+Result<std::vector<GpioChipInfo>> ListGpioChips();
+
+}  // namespace annulus

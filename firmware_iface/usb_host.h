@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+#include "firmware_iface/usb_port.h"
+
+namespace annulus {
+
+/// A device came or went.
+struct UsbHotplug {
+  enum class Kind { kArrived, kLeft };
+  Kind kind = Kind::kArrived;
+  UsbIdentity identity;  ///< For kLeft what was known of it; the serial number may be empty if it was never opened.
+  std::chrono::nanoseconds host_time{0};
+};
+
+/// The seam to the USB devices of one kind: which there are, opening them, plug events. Below it lies libusb, or a
+/// simulated bus. A port borrows its host. Thread-bound, as its ports; all calls on one host and its ports are from one
+/// thread. A synchronous call never happens inside a hotplug callback: events are queued and read here.
+class UsbHost {
+ public:
+  virtual ~UsbHost() = default;
+
+  /// The devices that are plugged in and can be opened now. One whose serial number cannot be read (no permission, not
+  /// ready) is listed with an empty serial number.
+  virtual UsbResult<std::vector<UsbIdentity>> List() = 0;
+  /// Opens the device with this serial number, or, where that is empty, the one at this port path. Just after arrival
+  /// the device node may not be there or not permitted yet (kError with what the system said): try again later, see
+  /// OpenPort.
+  virtual UsbResult<std::unique_ptr<UsbPort>> Open(const UsbIdentity& identity) = 0;
+  /// The next plug event; nothing if none has come when the host clock reaches `deadline`.
+  virtual std::optional<UsbHotplug> WaitHotplug(std::chrono::nanoseconds deadline) = 0;
+  /// Memory that all transfers in flight may use together, bytes (Linux: usbfs_memory_mb; 0: no limit, or not known).
+  [[nodiscard]] virtual std::uint64_t transfer_memory() const = 0;
+};
+
+/// Opens the ring's boards by libusb (vendor 1209h, product A180h). The clock is borrowed and must be the host's.
+Result<std::unique_ptr<UsbHost>> OpenLibusbHost(Clock& clock);
+
+/// Opens a device that may just have come back, with retries after 50 ms, doubling up to 2 s, until `deadline`.
+UsbResult<std::unique_ptr<UsbPort>> OpenPort(UsbHost& host, const UsbIdentity& identity, Clock& clock,
+                                             std::chrono::nanoseconds deadline);
+
+}  // namespace annulus
