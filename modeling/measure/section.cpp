@@ -119,12 +119,10 @@ double BulgeOverChords(const SplineSurface& surface, const Outline& outline, con
 
 Estimate TapeOfSection(const MeasuredSurface& body, const Outline& outline, double z) {
   const SplineSurface& surface = body.surface();
+  const SectionSampler sampler(surface, outline.directions);
+  const std::vector<Eigen::Vector2d> flat = sampler.Points(z);
   std::vector<PathPoint> curve;
-  std::vector<Eigen::Vector2d> flat;
-  for (const double theta : outline.directions) {
-    curve.push_back(RadialPoint(surface, {theta, z}));
-    flat.emplace_back(curve.back().position.head<2>());
-  }
+  for (const double theta : outline.directions) curve.push_back(RadialPoint(surface, {theta, z}));
   std::vector<PathPoint> corners;
   std::vector<char> at_step;
   double reach = 0.0;
@@ -134,8 +132,8 @@ Estimate TapeOfSection(const MeasuredSurface& body, const Outline& outline, doub
     at_step.push_back(outline.beside_step[k]);
     if (at_step.back() != 0) reach = std::max(reach, flat[k].norm());
   }
-  Estimate tape = WithUnresolved(PolygonLength(surface, corners, PathEnds::kClosed),
-                                 UnresolvedHullLength(body, outline.directions, z));
+  Estimate tape =
+      WithUnresolved(PolygonLength(surface, corners, PathEnds::kClosed), UnresolvedHullLength(body, sampler, z));
   tape.value += BulgeOverChords(surface, outline, curve, hull);
   tape.unresolved = std::hypot(tape.unresolved, EdgeSigma(CircularRuns(at_step), reach * outline.spacing));
   return tape;
@@ -211,12 +209,8 @@ Result<SectionEstimates> SectionAt(const MeasuredSurface& body, double z) {
 Result<SectionMeasures> MeasureSection(const MeasuredSurface& body, double z) {
   const auto section = SectionAt(body, z);
   if (!section) return Fail(section);
-  return SectionMeasures{z,
-                         body.WithSigma(section->perimeter),
-                         body.WithSigma(section->tape),
-                         body.WithSigma(section->area),
-                         section->measured_share,
-                         section->steps};
+  const std::vector<Uncertain> numbers = body.WithSigmas({section->perimeter, section->tape, section->area});
+  return SectionMeasures{z, numbers[0], numbers[1], numbers[2], section->measured_share, section->steps};
 }
 
 Result<std::vector<Eigen::Vector2d>> SectionCurve(const MeasuredSurface& body, double z, std::size_t points) {

@@ -23,22 +23,31 @@ SectionSampler::SectionSampler(const SplineSurface& surface, std::vector<double>
 }
 
 std::vector<Eigen::Vector2d> SectionSampler::Points(double z) const {
-  const CubicBasis up = surface_->z_basis().At(z);
-  const auto width = static_cast<Eigen::Index>(surface_->theta_basis().count());
-  Eigen::VectorXd ring = Eigen::VectorXd::Zero(width);
-  for (std::size_t j = 0; j < 4; ++j) {
-    ring += up.value[j] * surface_->coefficients().segment(static_cast<Eigen::Index>(up.index[j]) * width, width);
-  }
+  const CubicBasis at_z = surface_->z_basis().At(z);
+  return PointsOf(SectionCoefficients(*surface_, at_z, at_z.value, surface_->coefficients()));
+}
+
+std::vector<Eigen::Vector2d> SectionSampler::PointsOf(const Eigen::VectorXd& section) const {
   std::vector<Eigen::Vector2d> points;
   points.reserve(directions_.size());
   for (std::size_t k = 0; k < directions_.size(); ++k) {
     double radius = 0.0;
     for (std::size_t i = 0; i < 4; ++i) {
-      radius += basis_[k].value[i] * ring[static_cast<Eigen::Index>(basis_[k].index[i])];
+      radius += basis_[k].value[i] * section[static_cast<Eigen::Index>(basis_[k].index[i])];
     }
     points.emplace_back(radius * outward_[k]);
   }
   return points;
+}
+
+Eigen::VectorXd SectionCoefficients(const SplineSurface& surface, const CubicBasis& at_z,
+                                    const std::array<double, 4>& weights, const Eigen::VectorXd& coefficients) {
+  const auto width = static_cast<Eigen::Index>(surface.theta_basis().count());
+  Eigen::VectorXd section = Eigen::VectorXd::Zero(width);
+  for (std::size_t j = 0; j < 4; ++j) {
+    section += weights[j] * coefficients.segment(static_cast<Eigen::Index>(at_z.index[j]) * width, width);
+  }
+  return section;
 }
 
 std::vector<double> EvenDirections(std::size_t count) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -19,6 +20,8 @@ class SectionSampler {
   [[nodiscard]] const std::vector<double>& directions() const { return directions_; }
   /// The section's points at height z, mm, one per direction; the end polynomial goes on beyond the surface.
   [[nodiscard]] std::vector<Eigen::Vector2d> Points(double z) const;
+  /// The points of a section with these coefficients over theta, mm (SectionCoefficients).
+  [[nodiscard]] std::vector<Eigen::Vector2d> PointsOf(const Eigen::VectorXd& section) const;
 
  private:
   const SplineSurface* surface_;
@@ -26,6 +29,12 @@ class SectionSampler {
   std::vector<CubicBasis> basis_;         // per direction
   std::vector<Eigen::Vector2d> outward_;  // per direction
 };
+
+/// A section of coefficients on the surface's splines, as coefficients over theta: Σ_j weights_j c_ij over the four
+/// z-splines j of `at_z`. With the splines' values the radius at that height, with their derivatives its slope over z.
+[[nodiscard]] Eigen::VectorXd SectionCoefficients(const SplineSurface& surface, const CubicBasis& at_z,
+                                                  const std::array<double, 4>& weights,
+                                                  const Eigen::VectorXd& coefficients);
 
 /// `count` directions over one turn from theta 0, rad.
 [[nodiscard]] std::vector<double> EvenDirections(std::size_t count);

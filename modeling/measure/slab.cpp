@@ -9,6 +9,7 @@
 #include "base/frames.h"
 #include "modeling/measure/gauss.h"
 #include "modeling/measure/number_text.h"
+#include "modeling/measure/section_sampler.h"
 #include "modeling/measure/surface_path.h"
 
 namespace annulus {
@@ -52,8 +53,8 @@ class SlabIntegral {
   /// Adds the section at a height with the weight of a node over z.
   void AddSection(const QuadratureNode& up) {
     const CubicBasis at_z = surface_.z_basis().At(up.x);
-    const Eigen::VectorXd value = Section(at_z.value, at_z);
-    const Eigen::VectorXd slope = Section(at_z.first, at_z);
+    const Eigen::VectorXd value = Wrapped(at_z, at_z.value);
+    const Eigen::VectorXd slope = Wrapped(at_z, at_z.first);
     Adjoint volume(value.size());
     Adjoint area(value.size());
     for (std::size_t i = 0; i < width_; ++i) {
@@ -81,15 +82,11 @@ class SlabIntegral {
     Eigen::VectorXd slope;
   };
 
-  /// Σ_j weight_j c_ij, the last and first splines repeated: entries i … i + 3 act in interval i.
-  [[nodiscard]] Eigen::VectorXd Section(const std::array<double, 4>& weights, const CubicBasis& at_z) const {
-    const auto width = static_cast<Eigen::Index>(width_);
-    Eigen::VectorXd section = Eigen::VectorXd::Zero(width);
-    for (std::size_t j = 0; j < 4; ++j) {
-      section += weights[j] * surface_.coefficients().segment(static_cast<Eigen::Index>(at_z.index[j]) * width, width);
-    }
-    Eigen::VectorXd wrapped(width + 3);
-    wrapped << section[width - 1], section, section[0], section[1];
+  /// The section's coefficients, the last and first ones repeated: entries i … i + 3 act in interval i.
+  [[nodiscard]] Eigen::VectorXd Wrapped(const CubicBasis& at_z, const std::array<double, 4>& weights) const {
+    const Eigen::VectorXd section = SectionCoefficients(surface_, at_z, weights, surface_.coefficients());
+    Eigen::VectorXd wrapped(section.size() + 3);
+    wrapped << section[section.size() - 1], section, section[0], section[1];
     return wrapped;
   }
   [[nodiscard]] Eigen::VectorXd Folded(const Eigen::VectorXd& wrapped) const {
@@ -150,7 +147,8 @@ Result<SlabEstimates> SlabBetween(const MeasuredSurface& body, double z_min, dou
 Result<SlabMeasures> MeasureSlab(const MeasuredSurface& body, double z_min, double z_max) {
   const auto slab = SlabBetween(body, z_min, z_max);
   if (!slab) return Fail(slab);
-  return SlabMeasures{z_min, z_max, body.WithSigma(slab->volume), body.WithSigma(slab->area), slab->measured_share};
+  const std::vector<Uncertain> numbers = body.WithSigmas({slab->volume, slab->area});
+  return SlabMeasures{z_min, z_max, numbers[0], numbers[1], slab->measured_share};
 }
 
 }  // namespace annulus

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "modeling/mesh/convex_hull_2d.h"
-
 namespace annulus {
 namespace {
 
@@ -13,17 +11,6 @@ double At(const RadiusRow& row, const Eigen::VectorXd& coefficients) {
     value += row.value[k] * coefficients[static_cast<Eigen::Index>(row.index[k])];
   }
   return value;
-}
-
-/// The coefficients of the section at z as a periodic spline over theta.
-Eigen::VectorXd SectionCoefficients(const SplineSurface& surface, const CubicBasis& at_z,
-                                    const Eigen::VectorXd& coefficients) {
-  const auto width = static_cast<Eigen::Index>(surface.theta_basis().count());
-  Eigen::VectorXd section = Eigen::VectorXd::Zero(width);
-  for (std::size_t j = 0; j < 4; ++j) {
-    section += at_z.value[j] * coefficients.segment(static_cast<Eigen::Index>(at_z.index[j]) * width, width);
-  }
-  return section;
 }
 
 /// The unit tangents of a path's edges; zero where points coincide.
@@ -54,38 +41,26 @@ double UnresolvedLength(const MeasuredSurface& body, const std::vector<PathPoint
       if (step == 0.0) continue;
       const Eigen::Vector3d change = moved[next] - moved[k];
       const double along = change.dot(tangents[k]);
-      sum += 0.5 * (change.squaredNorm() - along * along) / step;
+      const double level = tangents[k].head<2>().squaredNorm();
+      sum += 0.5 * level * (change.squaredNorm() - along * along) / step;
     }
   }
   return sum / static_cast<double>(deviations.size());
 }
 
-double UnresolvedHullLength(const MeasuredSurface& body, const std::vector<double>& thetas, double z) {
+double UnresolvedHullLength(const MeasuredSurface& body, const SectionSampler& sampler, double z) {
   const std::vector<Eigen::VectorXd>& deviations = body.Deviations();
   if (deviations.empty()) return 0.0;
   const SplineSurface& surface = body.surface();
   const CubicBasis at_z = surface.z_basis().At(z);
-  std::vector<CubicBasis> around;
-  std::vector<Eigen::Vector2d> directions;
-  for (const double theta : thetas) {
-    around.push_back(surface.theta_basis().At(theta));
-    directions.emplace_back(std::cos(theta), std::sin(theta));
-  }
-  std::vector<Eigen::Vector2d> points(thetas.size());
-  const auto hull = [&](const Eigen::VectorXd& section) {
-    for (std::size_t k = 0; k < thetas.size(); ++k) {
-      double radius = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) {
-        radius += around[k].value[i] * section[static_cast<Eigen::Index>(around[k].index[i])];
-      }
-      points[k] = radius * directions[k];
-    }
-    return ConvexHullPerimeter(points);
+  const auto section = [&](const Eigen::VectorXd& coefficients) {
+    return SectionCoefficients(surface, at_z, at_z.value, coefficients);
   };
-  const Eigen::VectorXd fitted = SectionCoefficients(surface, at_z, surface.coefficients());
+  const auto hull = [&](const Eigen::VectorXd& of) { return TapeLength(sampler.PointsOf(of)); };
+  const Eigen::VectorXd fitted = section(surface.coefficients());
   double sum = 0.0;
   for (const Eigen::VectorXd& deviation : deviations) {
-    const Eigen::VectorXd moved = SectionCoefficients(surface, at_z, deviation);
+    const Eigen::VectorXd moved = section(deviation);
     sum += 0.5 * (hull(fitted + moved) + hull(fitted - moved));
   }
   return sum / static_cast<double>(deviations.size()) - hull(fitted);

@@ -90,16 +90,10 @@ void AddHead(MeasurementList& list) {
   for (const ArcRow& row : kArcs) {
     const Landmark* via = list.Find(row.via);
     if (right == nullptr || left == nullptr || via == nullptr) continue;
-    const MeasurementSpec spec{
-        row.id,
-        row.term,
-        "Length over the skin from the right to the left tragion in the plane through " + via->term + ".",
-        "skin, plane cut",
-        "mm",
-        0.0};
-    auto raw = EarToEar(list.body(), {right, via, left});
-    if (raw) raw->spec = spec;
-    list.Add(spec, std::move(raw));
+    list.Add({row.id, row.term,
+              "Length over the skin from the right to the left tragion in the plane through " + via->term + ".",
+              "skin, plane cut", "mm", 0.0},
+             EarToEar(list.body(), {right, via, left}));
   }
 }
 

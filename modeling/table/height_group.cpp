@@ -69,10 +69,9 @@ void AddHeights(MeasurementList& list) {
   for (const HeightRow& row : kHeights) {
     const Landmark* landmark = list.Find(row.landmark);
     if (landmark == nullptr || !over_floor) continue;
-    RawMeasurement raw = HeightOf(list.body(), *landmark);
-    raw.spec = {row.id,   row.term, "Height of " + landmark->term + " above the station's floor.",
-                "height", "mm",     kHeightLimit};
-    list.Add(std::move(raw));
+    list.Add(
+        {row.id, row.term, "Height of " + landmark->term + " above the station's floor.", "height", "mm", kHeightLimit},
+        HeightOf(list.body(), *landmark));
   }
   for (const DropRow& row : kDrops) {
     const Landmark* upper = list.Find(row.upper);
@@ -86,13 +85,9 @@ void AddHeights(MeasurementList& list) {
     raw.height_offset = 0.0;
     raw.measured_share = 0.5 * (raw.measured_share + below.measured_share);
     raw.landmarks.push_back(lower->id);
-    raw.spec = {row.id,
-                row.term,
-                "Difference of the heights of " + upper->term + " and " + lower->term + ".",
-                "height difference",
-                "mm",
-                kSegmentLengthLimit};
-    list.Add(std::move(raw));
+    list.Add({row.id, row.term, "Difference of the heights of " + upper->term + " and " + lower->term + ".",
+              "height difference", "mm", kSegmentLengthLimit},
+             std::move(raw));
   }
 }
 

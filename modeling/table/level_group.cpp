@@ -1,4 +1,4 @@
-// Girths, extents and arcs of horizontal sections, heights, and the parts of the body between levels.
+// Girths, extents and arcs of horizontal sections, and the girth around the base of the neck.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -16,6 +16,12 @@ namespace {
 
 constexpr std::size_t kDirections = 1440;
 
+/// What a part of the tape is called; no id: the table does not have it.
+struct ArcWords {
+  const char* id = nullptr;
+  const char* term = nullptr;
+};
+
 /// A level whose section is measured, what its numbers are called, and which of them the table has besides the girth.
 struct LevelRow {
   const char* landmark;
@@ -26,85 +32,107 @@ struct LevelRow {
   bool taut;
   bool perimeter;
   bool extents;
-  bool arcs;
+  ArcWords front{};
+  ArcWords back{};
 };
 constexpr std::array<LevelRow, 10> kRows{{
-    {"level.head", "head", "Head", "head level", kHeadOverHairLimit, false, true, false, true},
-    {"level.neck", "neck", "Neck", "neck level", kSmallGirthLimit, false, true, true, false},
-    {"level.axilla", "axilla", "Chest at axilla", "axilla level", kLargeGirthLimit, false, false, true, false},
-    {"level.chest", "chest", "Chest", "chest level", kLargeGirthLimit, true, true, true, true},
-    {"level.under_bust", "under_bust", "Under-bust", "under-bust level", kLargeGirthLimit, false, false, true, false},
-    {"level.waist", "waist", "Waist", "natural waist level", kLargeGirthLimit, true, true, true, true},
-    {"level.omphalion", "omphalion", "Abdominal", "omphalion level", kLargeGirthLimit, false, false, false, false},
-    {"level.iliac", "top_hip", "Top hip", "top hip level", kLargeGirthLimit, false, false, false, false},
-    {"level.hip", "hip", "Hip", "hip level", kLargeGirthLimit, true, true, true, true},
-    {"level.crotch", "crotch", "Crotch level", "crotch level", kLargeGirthLimit, false, false, false, false},
+    {"level.head",
+     "head",
+     "Head",
+     "head level",
+     kHeadOverHairLimit,
+     false,
+     true,
+     false,
+     {"head_front_arc", "Head arc, front"},
+     {"head_back_arc", "Head arc, back"}},
+    {"level.neck", "neck", "Neck", "neck level", kSmallGirthLimit, false, true, true},
+    {"level.axilla",
+     "axilla",
+     "Chest at axilla",
+     "axilla level",
+     kLargeGirthLimit,
+     false,
+     false,
+     true,
+     {"across_chest", "Across chest"},
+     {"across_back", "Across back"}},
+    {"level.chest",
+     "chest",
+     "Chest",
+     "chest level",
+     kLargeGirthLimit,
+     true,
+     true,
+     true,
+     {"chest_front_arc", "Chest arc, front"},
+     {"chest_back_arc", "Chest arc, back"}},
+    {"level.under_bust", "under_bust", "Under-bust", "under-bust level", kLargeGirthLimit, false, false, true},
+    {"level.waist",
+     "waist",
+     "Waist",
+     "natural waist level",
+     kLargeGirthLimit,
+     true,
+     true,
+     true,
+     {"waist_front_arc", "Waist arc, front"},
+     {"waist_back_arc", "Waist arc, back"}},
+    {"level.omphalion", "omphalion", "Abdominal", "omphalion level", kLargeGirthLimit, false, false, false},
+    {"level.iliac", "top_hip", "Top hip", "top hip level", kLargeGirthLimit, false, false, false},
+    {"level.hip",
+     "hip",
+     "Hip",
+     "hip level",
+     kLargeGirthLimit,
+     true,
+     true,
+     true,
+     {"hip_front_arc", "Hip arc, front"},
+     {"hip_back_arc", "Hip arc, back"}},
+    {"level.crotch", "crotch", "Crotch level", "crotch level", kLargeGirthLimit, false, false, false},
 }};
 
-/// The widths of the torso's front and back between the arms are arcs of the axilla level.
-struct AcrossRow {
-  ArcSide side;
-  const char* id;
-  const char* term;
-  const char* part;
-};
-constexpr std::array<AcrossRow, 2> kAcross{{{ArcSide::kFront, "across_chest", "Across chest", "front"},
-                                            {ArcSide::kBack, "across_back", "Across back", "back"}}};
-
-void AddNamed(MeasurementList& list, RawMeasurement raw, MeasurementSpec spec) {
-  raw.spec = std::move(spec);
-  list.Add(std::move(raw));
-}
-
-void AddArc(MeasurementList& list, const LevelMeasures& section, const AcrossRow& row, const std::string& where) {
-  AddNamed(list, section.Arc(row.side),
-           {row.id, row.term,
-            std::string("The ") + row.part + " part of the horizontal tape at the " + where +
-                ", parted by the plane halfway between the most forward and the most rearward point.",
-            "tape, part", "mm", 0.0});
+void AddArc(MeasurementList& list, const LevelMeasures& section, ArcSide side, const LevelRow& row) {
+  const ArcWords& words = side == ArcSide::kFront ? row.front : row.back;
+  if (words.id == nullptr) return;
+  list.Add(
+      {words.id, words.term,
+       std::string("The ") + (side == ArcSide::kFront ? "front" : "back") + " part of the horizontal tape at the " +
+           row.where + ", parted by the plane halfway between the most forward and the most rearward point.",
+       "tape, part", "mm", 0.0},
+      section.Arc(side));
 }
 
 void AddRow(MeasurementList& list, const LevelRow& row, const LevelMeasures& section) {
   const std::string id = row.id;
   const std::string term = row.term;
   const std::string where = row.where;
-  AddNamed(list, section.Girth(),
-           {id + "_girth", term + " girth", "Horizontal tape girth at the " + where + " (convex hull of the section).",
-            "tape, horizontal", "mm", row.girth_limit});
+  list.Add({id + "_girth", term + " girth", "Horizontal tape girth at the " + where + " (convex hull of the section).",
+            "tape, horizontal", "mm", row.girth_limit},
+           section.Girth());
   if (row.taut) {
-    const MeasurementSpec spec{id + "_girth_taut",
-                               term + " girth, taut in space",
-                               "Shortest tape around the body, held at the " + where +
-                                   " in front, at the back and at both sides, and free by 10 mm elsewhere.",
-                               "tape, taut in space",
-                               "mm",
-                               row.girth_limit};
-    auto raw = section.TautGirth();
-    if (raw) raw->spec = spec;
-    list.Add(spec, std::move(raw));
+    list.Add({id + "_girth_taut", term + " girth, taut in space",
+              "Shortest tape around the body, held at the " + where +
+                  " in front, at the back and at both sides, and free by 10 mm elsewhere.",
+              "tape, taut in space", "mm", row.girth_limit},
+             section.TautGirth());
   }
   if (row.perimeter) {
-    AddNamed(list, section.Perimeter(),
-             {id + "_perimeter", term + " girth, skin",
-              "Length of the section's curve at the " + where + ", hollows followed.", "skin, horizontal", "mm", 0.0});
+    list.Add({id + "_perimeter", term + " girth, skin",
+              "Length of the section's curve at the " + where + ", hollows followed.", "skin, horizontal", "mm", 0.0},
+             section.Perimeter());
   }
   if (row.extents) {
-    AddNamed(list, section.Breadth(),
-             {id + "_breadth", term + " breadth", "Extent of the section from side to side at the " + where + ".",
-              "extent", "mm", kBreadthLimit});
-    AddNamed(list, section.Depth(),
-             {id + "_depth", term + " depth", "Extent of the section from front to back at the " + where + ".",
-              "extent", "mm", kDepthLimit});
+    list.Add({id + "_breadth", term + " breadth", "Extent of the section from side to side at the " + where + ".",
+              "extent", "mm", kBreadthLimit},
+             section.Breadth());
+    list.Add({id + "_depth", term + " depth", "Extent of the section from front to back at the " + where + ".",
+              "extent", "mm", kDepthLimit},
+             section.Depth());
   }
-  if (row.arcs) {
-    const std::string front = id + "_front_arc";
-    const std::string back = id + "_back_arc";
-    AddArc(list, section, {ArcSide::kFront, front.c_str(), (term + " arc, front").c_str(), "front"}, where);
-    AddArc(list, section, {ArcSide::kBack, back.c_str(), (term + " arc, back").c_str(), "back"}, where);
-  }
-  if (id == "axilla") {
-    for (const AcrossRow& across : kAcross) AddArc(list, section, across, where);
-  }
+  AddArc(list, section, ArcSide::kFront, row);
+  AddArc(list, section, ArcSide::kBack, row);
 }
 
 /// The points around the base of the neck, in the order of a tape.
@@ -156,17 +184,11 @@ void AddLevels(MeasurementList& list) {
   std::array<const Landmark*, 4> points{};
   for (std::size_t k = 0; k < points.size(); ++k) points[k] = list.Find(kNeckBase[k]);
   if (std::find(points.begin(), points.end(), nullptr) != points.end()) return;
-  const MeasurementSpec spec{
-      "neck_base_girth",
-      "Neck base girth",
-      "Taut tape over the skin from the front neck point over the right side neck point, the back "
-      "neck point and the left side neck point.",
-      "tape, taut over the skin",
-      "mm",
-      kSmallGirthLimit};
-  auto raw = NeckBase(list.body(), points);
-  if (raw) raw->spec = spec;
-  list.Add(spec, std::move(raw));
+  list.Add({"neck_base_girth", "Neck base girth",
+            "Taut tape over the skin from the front neck point over the right side neck point, the back neck point and "
+            "the left side neck point.",
+            "tape, taut over the skin", "mm", kSmallGirthLimit},
+           NeckBase(list.body(), points));
 }
 
 }  // namespace annulus

@@ -18,16 +18,6 @@ double PolygonPerimeter(const std::vector<Eigen::Vector2d>& points) {
   return length;
 }
 
-double PolygonArea(const std::vector<Eigen::Vector2d>& points) {
-  double twice = 0.0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const Eigen::Vector2d& a = points[k];
-    const Eigen::Vector2d& b = points[(k + 1) % points.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return 0.5 * twice;
-}
-
 std::size_t Farthest(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& direction) {
   std::size_t best = 0;
   for (std::size_t k = 1; k < points.size(); ++k) {
@@ -137,12 +127,6 @@ RawMeasurement LevelMeasures::Perimeter() const {
   for (const Eigen::Vector2d& point : points_) loop.emplace_back(point.x(), point.y(), level_->z.value);
   loop.push_back(loop.front());
   raw.paths = {std::move(loop)};
-  return raw;
-}
-
-RawMeasurement LevelMeasures::Area() const {
-  RawMeasurement raw = Raw(section_.area);
-  FollowLevel(raw, PolygonArea);
   return raw;
 }
 

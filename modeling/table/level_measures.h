@@ -26,7 +26,6 @@ class LevelMeasures {
   /// The same tape free to leave the plane (TautLoop), mm. Fails as that does.
   [[nodiscard]] Result<RawMeasurement> TautGirth() const;
   [[nodiscard]] RawMeasurement Perimeter() const;  ///< Along the skin, mm.
-  [[nodiscard]] RawMeasurement Area() const;       ///< mm²
   [[nodiscard]] RawMeasurement Breadth() const;    ///< Extent across the front, mm.
   [[nodiscard]] RawMeasurement Depth() const;      ///< Extent along the front, mm.
   /// The part of the tape before or behind the plane halfway between the section's most forward and most rearward

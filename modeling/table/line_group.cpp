@@ -110,9 +110,7 @@ void AddLine(MeasurementList& list, const LineRow& row) {
         method,
         "mm",
         kSegmentLengthLimit};
-    auto raw = LineLength(list, row, *upper, *lower, measure);
-    if (raw) raw->spec = spec;
-    list.Add(spec, std::move(raw));
+    list.Add(spec, LineLength(list, row, *upper, *lower, measure));
   }
 }
 
@@ -141,14 +139,10 @@ void AddLines(MeasurementList& list) {
     const Landmark* neck = list.Find(row.neck);
     const Landmark* shoulder = list.Find(row.shoulder);
     if (neck == nullptr || shoulder == nullptr) continue;
-    RawMeasurement raw = SlopeBelowHorizontal(list.body(), *neck, *shoulder);
-    raw.spec = {row.id,
-                row.term,
-                "Angle under the horizontal of the straight line from " + neck->term + " to " + shoulder->term + ".",
-                "angle",
-                "deg",
-                0.0};
-    list.Add(std::move(raw));
+    list.Add({row.id, row.term,
+              "Angle under the horizontal of the straight line from " + neck->term + " to " + shoulder->term + ".",
+              "angle", "deg", 0.0},
+             SlopeBelowHorizontal(list.body(), *neck, *shoulder));
   }
 }
 

@@ -26,8 +26,9 @@ double HeightShare(const std::vector<Eigen::Vector3d>& line) {
 MeasurementList::MeasurementList(const MeasuredSurface& body, Landmarks landmarks)
     : body_(&body), landmarks_(std::move(landmarks)) {}
 
-void MeasurementList::Add(const MeasurementSpec& spec, Result<RawMeasurement> raw) {
+void MeasurementList::Add(MeasurementSpec spec, Result<RawMeasurement> raw) {
   if (raw) {
+    raw->spec = std::move(spec);
     raw_.push_back(std::move(*raw));
   } else {
     Omit(spec.term, raw.error().seen);

@@ -21,7 +21,7 @@ struct MeasurementSpec {
 
 /// A measurement before its uncertainty is taken.
 struct RawMeasurement {
-  MeasurementSpec spec;
+  MeasurementSpec spec{};              ///< Given by MeasurementList::Add.
   Estimate estimate;                   ///< Moves with the surface and with the landmarks on it.
   double placing_variance = 0.0;       ///< From the placing of landmarks, unit².
   double height_share = 0.0;           ///< d(value)/d(scale of heights): the value of a height, 0 of a level girth.
@@ -49,9 +49,8 @@ class MeasurementList {
   [[nodiscard]] const Landmark* Find(const std::string& id) const { return landmarks_.Find(id); }
   /// Landmarks::front, rad.
   [[nodiscard]] double front() const { return landmarks_.front; }
-  void Add(RawMeasurement raw) { raw_.push_back(std::move(raw)); }
-  /// Adds a measurement, or a sentence on why it is left out.
-  void Add(const MeasurementSpec& spec, Result<RawMeasurement> raw);
+  /// Adds what was measured under the name of `spec`, or a sentence on why it is left out.
+  void Add(MeasurementSpec spec, Result<RawMeasurement> raw);
   /// "TERM: WHY."
   void Omit(const std::string& term, const std::string& why);
   /// Everything with its uncertainties. Empties the list.

@@ -85,10 +85,9 @@ void AddDistances(MeasurementList& list, std::span<const DistanceRow> rows) {
     const Landmark* a = list.Find(row.a);
     const Landmark* b = list.Find(row.b);
     if (a == nullptr || b == nullptr) continue;
-    RawMeasurement raw = StraightDistance(list.body(), *a, *b);
-    raw.spec = {row.id,          row.term, "Straight distance from " + a->term + " to " + b->term + ".",
-                "straight line", "mm",     row.limit};
-    list.Add(std::move(raw));
+    list.Add({row.id, row.term, "Straight distance from " + a->term + " to " + b->term + ".", "straight line", "mm",
+              row.limit},
+             StraightDistance(list.body(), *a, *b));
   }
 }
 

@@ -125,10 +125,9 @@ void AddSegments(MeasurementList& list) {
     for (const auto& [spec, estimate, at_top, at_bottom] : {std::tuple{&volume, &slab->volume, above.area, below.area},
                                                             std::tuple{&skin, &slab->area, above.skin, below.skin}}) {
       RawMeasurement raw = Part(*estimate, *slab, *upper, *lower);
-      raw.spec = *spec;
       Follow(raw, upper->z, at_top, upper->placing_up);
       Follow(raw, lower->z, -at_bottom, lower->placing_up);
-      list.Add(std::move(raw));
+      list.Add(*spec, std::move(raw));
     }
   }
 }
