@@ -53,7 +53,8 @@ std::string OutcomeToText(const ScanOutcome& outcome, const std::string& recordi
 /// What of the configuration this version cannot do; empty if nothing.
 std::string NotYetIn(const Config& config) {
   if (config.ring.bus != RingBus::kSimulated) return "scan on a real ring";
-  if (config.axis_link != "sim") return "scan on a real axis";
+  if (!config.axis.simulated()) return "scan on a real axis";
+  if (!config.interlock.simulated) return "scan with a real interlock";
   if (!config.calibration_file.empty()) return "scan with a calibration file";
   return {};
 }

@@ -30,6 +30,8 @@ void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
 void AddCompareCommand(CLI::App& app, CommandWork& chosen);
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen);
 void AddRenderCommand(CLI::App& app, CommandWork& chosen);
+void AddDoctorCommand(CLI::App& app, CommandWork& chosen);
+void AddSimDevicesCommand(CLI::App& app, CommandWork& chosen);
 
 /// Adds a command of the design that a later version brings; it says so and exits 2.
 void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen);

@@ -1,120 +1,25 @@
 #include "station/config.h"
 
-#include <fmt/format.h>
-#include <toml++/toml.h>
-
-#include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <utility>
-#include <vector>
+
+#include "station/device_sections.h"
+#include "station/toml_table.h"
 
 namespace annulus {
 namespace {
 
-/// What is wrong with a node of the file. Thrown and caught in this file only.
-struct BadConfig {
-  std::string seen;
-  std::string advice;
-};
-
-std::string LineOf(const toml::node& node) { return "line " + std::to_string(node.source().begin.line); }
-
-[[noreturn]] void Refuse(const toml::node& node, const std::string& key, const std::string& expected) {
-  throw BadConfig{LineOf(node) + ": " + key + " is not " + expected, "correct this line"};
-}
-
-std::string Text(const toml::node& node, const std::string& key) {
-  if (const auto value = node.value<std::string>()) return *value;
-  Refuse(node, key, "a text in quotes");
-}
-
-double NumberIn(const toml::node& node, const std::string& key, double low, double high) {
-  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (value && *value >= low && *value <= high) return *value;
-  Refuse(node, key, "a number from " + std::to_string(low) + " to " + std::to_string(high));
-}
-
-std::int64_t WholeIn(const toml::node& node, const std::string& key, std::int64_t low, std::int64_t high) {
-  const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
-  if (value && *value >= low && *value <= high) return *value;
-  Refuse(node, key, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-}
-
-bool Flag(const toml::node& node, const std::string& key) {
-  if (const auto value = node.value<bool>()) return *value;
-  Refuse(node, key, "true or false");
-}
-
-using Setter = std::function<void(const toml::node&, const std::string&)>;
-using Setters = std::vector<std::pair<std::string, Setter>>;
-
-/// Applies one setter per key of a table; a key without a setter is an error that names its line and the known keys.
-void ReadTable(const toml::node& node, const std::string& section, const Setters& setters) {
-  const toml::table* table = node.as_table();
-  if (table == nullptr) Refuse(node, "[" + section + "]", "a table");
-  for (const auto& [key, value] : *table) {
-    const std::string name(key.str());
-    const auto found = std::find_if(setters.begin(), setters.end(), [&](const auto& s) { return s.first == name; });
-    if (found == setters.end()) {
-      std::string known;
-      for (const auto& [other, setter] : setters) known.append(known.empty() ? "" : ", ").append(other);
-      throw BadConfig{fmt::format("line {}: unknown key '{}' in [{}]", key.source().begin.line, name, section),
-                      "use one of: " + known};
-    }
-    found->second(value, fmt::format("{}.{}", section, name));
-  }
-}
-
-Setter ToNumber(double& target, double low, double high) {
-  return [&target, low, high](const toml::node& n, const std::string& key) { target = NumberIn(n, key, low, high); };
-}
-Setter ToNumber(std::optional<double>& target, double low, double high) {
-  return [&target, low, high](const toml::node& n, const std::string& key) { target = NumberIn(n, key, low, high); };
-}
-Setter ToText(std::string& target) {
-  return [&target](const toml::node& n, const std::string& key) { target = Text(n, key); };
-}
-Setter ToFlag(bool& target) {
-  return [&target](const toml::node& n, const std::string& key) { target = Flag(n, key); };
-}
-/// For sections and keys that a later version reads: known, so not an error, and without effect yet.
-Setter Ignore() {
-  return [](const toml::node&, const std::string&) {};
-}
-
-void ReadBoards(const toml::node& node, const std::string& key, RingConfig& ring) {
-  const toml::table* boards = node.as_table();
-  if (boards == nullptr) Refuse(node, key, "a table of board serial = first sensor");
-  for (const auto& [serial_key, value] : *boards) {
-    const std::string serial(serial_key.str());
-    std::uint32_t number = 0;
-    const auto [end, error] = std::from_chars(serial.data(), serial.data() + serial.size(), number);
-    if (error != std::errc() || end != serial.data() + serial.size())
-      Refuse(value, fmt::format("{}.{}", key, serial), "named by a board's serial number");
-    ring.boards[number] = static_cast<std::uint16_t>(WholeIn(value, fmt::format("{}.{}", key, serial), 0, 65'535));
-  }
-}
-
-void ReadRing(const toml::node& node, RingConfig& ring) {
-  ReadTable(node, "ring",
-            {{"bus",
-              [&](const toml::node& n, const std::string& key) {
-                const std::string bus = Text(n, key);
-                if (bus == "sim")
-                  ring.bus = RingBus::kSimulated;
-                else if (bus == "usb")
-                  ring.bus = RingBus::kUsb;
-                else if (bus == "can")
-                  ring.bus = RingBus::kCan;
-                else
-                  Refuse(n, key, "\"sim\", \"usb\" or \"can\"");
-              }},
-             {"radius_mm", ToNumber(ring.radius_mm, 50.0, 5000.0)},
-             {"boards", [&](const toml::node& n, const std::string& key) { ReadBoards(n, key, ring); }}});
-}
+using toml_table::BadConfig;
+using toml_table::Ignore;
+using toml_table::NumberIn;
+using toml_table::ReadTable;
+using toml_table::Refuse;
+using toml_table::Setters;
+using toml_table::Text;
+using toml_table::ToFlag;
+using toml_table::ToNumber;
+using toml_table::ToText;
+using toml_table::WholeIn;
 
 ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
   ProfileConfig profile;
@@ -163,12 +68,9 @@ Config ReadAll(const toml::table& root) {
        [&](const toml::node& n, const std::string&) {
          ReadTable(n, "station", {{"id", ToText(config.station_id)}, {"language", Ignore()}, {"units", Ignore()}});
        }},
-      {"ring", [&](const toml::node& n, const std::string&) { ReadRing(n, config.ring); }},
-      {"axis",
-       [&](const toml::node& n, const std::string&) {
-         ReadTable(n, "axis", {{"link", ToText(config.axis_link)}, {"register_map", Ignore()}});
-       }},
-      {"interlock", Ignore()},
+      {"ring", [&](const toml::node& n, const std::string&) { ReadRingSection(n, config.ring); }},
+      {"axis", [&](const toml::node& n, const std::string&) { ReadAxisSection(n, config.axis); }},
+      {"interlock", [&](const toml::node& n, const std::string&) { ReadInterlockSection(n, config.interlock); }},
       {"profile",
        [&](const toml::node& n, const std::string& key) {
          const toml::table* profiles = n.as_table();

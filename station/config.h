@@ -8,18 +8,9 @@
 
 #include "base/result.h"
 #include "base/storage.h"
+#include "station/device_config.h"
 
 namespace annulus {
-
-/// Which bus the ring hangs on.
-enum class RingBus { kSimulated, kUsb, kCan };
-
-/// [ring]
-struct RingConfig {
-  RingBus bus = RingBus::kSimulated;
-  double radius_mm = 600.0;
-  std::map<std::uint32_t, std::uint16_t> boards;  ///< Board serial → first sensor; empty: as the boards say.
-};
 
 /// [profile.NAME]: overrides of a built-in profile, or a profile of its own.
 struct ProfileConfig {
@@ -52,7 +43,8 @@ struct SimConfig {
 struct Config {
   std::string station_id = "sim";
   RingConfig ring;
-  std::string axis_link = "sim";
+  AxisConfig axis;
+  InterlockConfig interlock;
   std::map<std::string, ProfileConfig> profiles;
   std::string calibration_file;
   SimConfig sim;

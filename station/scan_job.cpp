@@ -4,9 +4,8 @@
 
 #include "acquisition/recording.h"
 #include "base/ensure.h"
-#include "sim/booth.h"
 #include "station/command_line.h"
-#include "station/sim_subject.h"
+#include "station/devices.h"
 
 namespace annulus {
 namespace {
@@ -27,34 +26,24 @@ class RecordingSink final : public LevelSink {
   RecordingWriter& writer_;
 };
 
-/// The booth and its devices, opened through the drivers.
+/// The booth and its devices, opened through the drivers. The ground outlives them.
 struct Devices {
-  std::unique_ptr<sim::Booth> booth;
-  std::unique_ptr<RangeRing> ring;
-  std::unique_ptr<ScanAxis> axis;
+  std::unique_ptr<DeviceGround> ground;
+  RingDevice ring_device;
+  AxisDevice axis_device;
+  [[nodiscard]] RangeRing& ring() { return *ring_device.ring; }
+  [[nodiscard]] ScanAxis& axis() { return *axis_device.axis; }
+  [[nodiscard]] Clock& clock() { return ground->clock(); }
 };
 
 Result<Devices> OpenDevices(const Config& config, Storage& storage) {
-  auto subject = MakeSimSubject(config.sim, storage);
-  if (!subject) return Fail(subject);
-  sim::BoothOptions options;
-  options.subject = std::move(*subject);
-  options.beam.noise_sigma_mm = config.sim.noise_mm;
-  options.beam.dropout_rate = config.sim.dropout_rate;
-  options.beam.outlier_rate = config.sim.outlier_rate;
-  options.ring_radius_mm = config.ring.radius_mm;
-  options.seed = config.sim.seed;
-  Devices devices;
-  devices.booth = std::make_unique<sim::Booth>(std::move(options));
-  UsbRangeRingOptions ring_options;
-  ring_options.first_sensors = config.ring.boards;
-  auto ring = MakeUsbRangeRing(devices.booth->usb_ports(), ring_options, devices.booth->clock());
+  auto ground = DeviceGround::Make(config, storage);
+  if (!ground) return Fail(ground);
+  auto ring = OpenRing(config.ring, **ground);
   if (!ring) return Fail(ring);
-  devices.ring = std::move(*ring);
-  auto axis = MakeModbusScanAxis(devices.booth->axis_link(), AxisRegisterMap{}, devices.booth->clock());
+  auto axis = OpenAxis(config.axis, **ground);
   if (!axis) return Fail(axis);
-  devices.axis = std::move(*axis);
-  return devices;
+  return Devices{std::move(*ground), std::move(*ring), std::move(*axis)};
 }
 
 bool IsBuiltInProfile(const std::string& name) {
@@ -99,7 +88,7 @@ Result<ScanPlan> RequestedPlan(const Config& config, const std::string& name, De
   const bool built_in = IsBuiltInProfile(name);
   std::optional<Millimetres> height;
   if (profile.find_top || (name == "head" && !profile.z_top_mm)) {
-    const auto top = FindSubjectTop(*devices.ring, *devices.axis, devices.booth->clock(), task);
+    const auto top = FindSubjectTop(devices.ring(), devices.axis(), devices.clock(), task);
     if (!top) return Fail(top);
     height = *top;
   } else if (profile.z_top_mm && name == "head") {
@@ -141,12 +130,12 @@ Error KeepWhatWasTaken(RecordingWriter& writer, const std::string& path, nanosec
 /// The scan itself, from the reasons of the plan to the last level.
 Result<ScanSummary> Take(Devices& devices, const ScanOutcome& outcome, RecordingWriter& writer,
                          const TaskContext& task) {
-  ManualClock& clock = devices.booth->clock();
+  Clock& clock = devices.clock();
   RecordingSink sink(writer);
   for (const std::string& reason : outcome.adjusted) {
     RETURN_IF_ERROR(sink.AppendEvent(clock.Now(), "plan adjusted: " + reason));
   }
-  auto summary = RunScan(*devices.ring, *devices.axis, outcome.plan, sink, clock, task);
+  auto summary = RunScan(devices.ring(), devices.axis(), outcome.plan, sink, clock, task);
   if (summary && writer.level_count() == 0 && !summary->cancelled) {
     return Fail("scan", "not one level was taken", "check ring and plan");
   }
@@ -157,25 +146,25 @@ Result<ScanSummary> Take(Devices& devices, const ScanOutcome& outcome, Recording
 
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task) {
-  ENSURE(config.ring.bus == RingBus::kSimulated && config.axis_link == "sim", "the devices are simulated");
+  ENSURE(AllSimulated(config), "the devices are simulated");
   auto devices = OpenDevices(config, storage);
   if (!devices) return Fail(devices);
   const auto wanted = RequestedPlan(config, request.profile, *devices, task);
   if (!wanted) return Fail(wanted);
-  const PlanCheck check = ValidatePlan(*wanted, devices->axis->identity().limits, devices->ring->limits());
+  const PlanCheck check = ValidatePlan(*wanted, devices->axis().identity().limits, devices->ring().limits());
   if (check.verdict == PlanVerdict::kInvalid) {
     std::string reasons;
     for (const std::string& reason : check.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
     return Fail("plan a scan with profile '" + request.profile + "'", reasons,
                 "change [profile." + request.profile + "] of the configuration");
   }
-  ScanHeader header = HeaderFor(config, request, check.plan, *devices->booth);
-  header.wall_start_ns = devices->booth->clock().WallNow().count();
+  ScanHeader header = HeaderFor(config, request, check.plan, *devices->ground->booth());
+  header.wall_start_ns = devices->clock().WallNow().count();
   auto writer = RecordingWriter::Create(storage, request.out, header);
   if (!writer) return Fail(writer);
   ScanOutcome outcome{check.plan, check.reasons, {}, false};
   const auto keep = [&](const Error& error) {
-    return tl::unexpected(KeepWhatWasTaken(*writer, request.out, devices->booth->clock().Now(), error));
+    return tl::unexpected(KeepWhatWasTaken(*writer, request.out, devices->clock().Now(), error));
   };
   const auto summary = Take(*devices, outcome, *writer, task);
   if (!summary) return keep(summary.error());

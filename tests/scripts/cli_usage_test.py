@@ -4,9 +4,10 @@
 import annulus_cli
 from annulus_cli import ProgramTest
 
-COMMANDS = ("demo", "scan", "import", "export", "inspect", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render")
+COMMANDS = ("demo", "scan", "import", "export", "inspect", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render",
+            "doctor", "sim-devices")
 NOT_YET = ("recover", "replay", "calibrate", "clay", "elastic", "flatten", "wrinkly", "convert",
-           "sim-devices", "doctor", "boothd", "serve", "store", "rebuild", "batch", "support-bundle")
+           "boothd", "serve", "store", "rebuild", "batch", "support-bundle")
 
 
 class Usage(ProgramTest):

@@ -13,7 +13,8 @@ TEST(Config, TheBuiltInOneIsASimulatedBoothWithABody) {
   const auto config = ReadConfig(storage, "sim");
   ASSERT_TRUE(config) << config.error().Text();
   EXPECT_EQ(config->ring.bus, RingBus::kSimulated);
-  EXPECT_EQ(config->axis_link, "sim");
+  EXPECT_TRUE(config->axis.simulated());
+  EXPECT_TRUE(config->interlock.simulated);
   EXPECT_EQ(config->sim.subject, "body");
 }
 
@@ -59,7 +60,7 @@ dark_patches = true
   EXPECT_EQ(config->ring.bus, RingBus::kUsb);
   EXPECT_EQ(config->ring.radius_mm, 610.5);
   EXPECT_EQ(config->ring.boards, (std::map<std::uint32_t, std::uint16_t>{{1001, 0}, {1002, 15}}));
-  EXPECT_EQ(config->axis_link, "/dev/ttyUSB0");
+  EXPECT_EQ(config->axis.LinkText(), "/dev/ttyUSB0");
   EXPECT_EQ(config->profiles.at("body").z_top_mm, 1900.0);
   EXPECT_FALSE(config->profiles.at("body").find_top);
   EXPECT_TRUE(config->profiles.at("bust").find_top);

@@ -1,0 +1,164 @@
+#include "station/device_sections.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+
+namespace annulus {
+namespace {
+
+using toml_table::ReadTable;
+using toml_table::Refuse;
+using toml_table::Setters;
+using toml_table::Text;
+using toml_table::Texts;
+using toml_table::ToFlag;
+using toml_table::ToNumber;
+using toml_table::ToText;
+using toml_table::ToWhole;
+using toml_table::WholeIn;
+
+void ReadBoards(const toml::node& node, const std::string& key, RingConfig& ring) {
+  const toml::table* boards = node.as_table();
+  if (boards == nullptr) Refuse(node, key, "a table of board serial = first sensor");
+  for (const auto& [serial_key, value] : *boards) {
+    const std::string serial(serial_key.str());
+    std::uint32_t number = 0;
+    const auto [end, error] = std::from_chars(serial.data(), serial.data() + serial.size(), number);
+    if (error != std::errc() || end != serial.data() + serial.size())
+      Refuse(value, fmt::format("{}.{}", key, serial), "named by a board's serial number");
+    ring.boards[number] = static_cast<std::uint16_t>(WholeIn(value, fmt::format("{}.{}", key, serial), 0, 65'535));
+  }
+}
+
+}  // namespace
+
+void ReadRingSection(const toml::node& node, RingConfig& ring) {
+  ReadTable(node, "ring",
+            {{"bus",
+              [&](const toml::node& n, const std::string& key) {
+                const std::string bus = Text(n, key);
+                if (bus == "sim")
+                  ring.bus = RingBus::kSimulated;
+                else if (bus == "usb")
+                  ring.bus = RingBus::kUsb;
+                else if (bus == "can")
+                  ring.bus = RingBus::kCan;
+                else
+                  Refuse(n, key, "\"sim\", \"usb\" or \"can\"");
+              }},
+             {"can", [&](const toml::node& n, const std::string& key) { ring.can_interfaces = Texts(n, key); }},
+             {"radius_mm", ToNumber(ring.radius_mm, 50.0, 5000.0)},
+             {"boards", [&](const toml::node& n, const std::string& key) { ReadBoards(n, key, ring); }}});
+}
+
+namespace {
+
+/// The keys of [axis] before the link's kind is known.
+struct AxisKeys {
+  std::string link = "sim";
+  int unit = 1;
+  ModbusRtuOptions serial;
+  char parity = 'E';
+  const toml::node* link_at = nullptr;
+};
+
+char ParityOf(const toml::node& node, const std::string& key) {
+  const std::string parity = Text(node, key);
+  if (parity == "none") return 'N';
+  if (parity == "odd") return 'O';
+  if (parity == "even") return 'E';
+  Refuse(node, key, "\"none\", \"odd\" or \"even\"");
+}
+
+/// "tcp:HOST:PORT"; an IPv6 host has colons of its own, so the port is what follows the last one.
+ModbusTcpOptions TcpLink(const toml::node& node, const std::string& link) {
+  const std::string expected = "\"sim\", a serial port's path, or \"tcp:HOST:PORT\"";
+  const std::size_t colon = link.rfind(':');
+  ModbusTcpOptions tcp;
+  if (colon <= 4) Refuse(node, "axis.link", expected);
+  tcp.host = link.substr(4, colon - 4);
+  const auto [end, error] = std::from_chars(link.data() + colon + 1, link.data() + link.size(), tcp.port);
+  if (error != std::errc() || end != link.data() + link.size() || tcp.port < 1 || tcp.port > 65'535) {
+    Refuse(node, "axis.link", expected);
+  }
+  return tcp;
+}
+
+void SetLink(const AxisKeys& keys, AxisConfig& axis) {
+  if (keys.link == "sim") return;
+  const toml::node& node = *keys.link_at;
+  if (keys.link.starts_with("tcp:")) {
+    ModbusTcpOptions tcp = TcpLink(node, keys.link);
+    tcp.unit = keys.unit;
+    axis.link = tcp;
+    return;
+  }
+  if (!keys.link.starts_with('/')) Refuse(node, "axis.link", "\"sim\", a serial port's path, or \"tcp:HOST:PORT\"");
+  ModbusRtuOptions serial = keys.serial;
+  serial.device = keys.link;
+  serial.unit = keys.unit;
+  serial.parity = keys.parity;
+  axis.link = serial;
+}
+
+GpioBias BiasOf(const toml::node& node, const std::string& key) {
+  constexpr std::array<std::pair<const char*, GpioBias>, 4> kBiases{{{"as-is", GpioBias::kAsIs},
+                                                                     {"pull-up", GpioBias::kPullUp},
+                                                                     {"pull-down", GpioBias::kPullDown},
+                                                                     {"disabled", GpioBias::kDisabled}}};
+  const std::string text = Text(node, key);
+  for (const auto& [name, bias] : kBiases) {
+    if (text == name) return bias;
+  }
+  Refuse(node, key, "\"as-is\", \"pull-up\", \"pull-down\" or \"disabled\"");
+}
+
+/// A line: its name, or a table of name and properties.
+void ReadLine(const toml::node& node, const std::string& key, GpioLineSpec& line) {
+  if (node.is_string()) {
+    line.name = Text(node, key);
+    return;
+  }
+  ReadTable(node, key,
+            {{"line", ToText(line.name)},
+             {"active_low", ToFlag(line.active_low)},
+             {"bias", [&](const toml::node& n, const std::string& name) { line.bias = BiasOf(n, name); }}});
+}
+
+}  // namespace
+
+void ReadAxisSection(const toml::node& node, AxisConfig& axis) {
+  AxisKeys keys;
+  ReadTable(node, "axis",
+            {{"link",
+              [&](const toml::node& n, const std::string& key) {
+                keys.link = Text(n, key);
+                keys.link_at = &n;
+              }},
+             {"unit", ToWhole(keys.unit, 1, 247)},
+             {"baud", ToWhole(keys.serial.baud, 1200, 4'000'000)},
+             {"parity", [&](const toml::node& n, const std::string& key) { keys.parity = ParityOf(n, key); }},
+             {"stop_bits", ToWhole(keys.serial.stop_bits, 1, 2)},
+             {"register_map", [](const toml::node&, const std::string&) {}}});
+  SetLink(keys, axis);
+}
+
+void ReadInterlockSection(const toml::node& node, InterlockConfig& interlock) {
+  Setters setters{{"chip", ToText(interlock.wiring.chip)}};
+  for (auto& [input, line] : interlock.wiring.inputs) {
+    setters.emplace_back(InterlockName(input),
+                         [&line = line](const toml::node& n, const std::string& key) { ReadLine(n, key, line); });
+  }
+  for (auto& [output, line] : interlock.wiring.outputs) {
+    setters.emplace_back(InterlockName(output),
+                         [&line = line](const toml::node& n, const std::string& key) { ReadLine(n, key, line); });
+  }
+  ReadTable(node, "interlock", setters);
+  interlock.simulated = interlock.wiring.chip == "sim";
+}
+
+}  // namespace annulus
