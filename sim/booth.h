@@ -12,6 +12,7 @@
 #include "sim/axis_firmware.h"
 #include "sim/beam.h"
 #include "sim/ring_firmware.h"
+#include "sim/safety_chain.h"
 #include "sim/subject.h"
 #include "sim/world.h"
 
@@ -40,6 +41,8 @@ class Booth {
   [[nodiscard]] ManualClock& clock() { return clock_; }
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
   [[nodiscard]] ModbusLink& axis_link() { return drive_; }
+  /// The safety chain with its GPIO chip; whoever requests its lines must let them go before the booth.
+  [[nodiscard]] SafetyChain& safety() { return safety_; }
 
   /// For judging: what is really so.
   [[nodiscard]] AxisDriveModel& drive() { return drive_; }
@@ -55,6 +58,7 @@ class Booth {
   AxisDriveModel drive_;
   World world_;
   SyncLine sync_;
+  SafetyChain safety_;
   std::vector<std::unique_ptr<RingBoardModel>> boards_;
 };
 
