@@ -41,7 +41,7 @@ Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, S
   if (AnySimulated(config)) {
     auto options = SimulatedBooth(config, storage);
     if (!options) return Fail(options);
-    ground->booth_ = std::make_unique<sim::Booth>(std::move(*options), *ground->clock_);
+    ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->clock_);
   }
   return ground;
 }
@@ -105,9 +105,11 @@ Result<AxisDevice> OpenAxis(const AxisConfig& config, DeviceGround& ground) {
 Result<std::unique_ptr<Interlock>> OpenInterlock(const InterlockConfig& config, DeviceGround& ground) {
   if (config.simulated) {
     ENSURE(ground.booth() != nullptr, "a simulated interlock has its booth");
-    return MakeInterlock(ground.booth()->OpenSafetyLines(config.wiring.Lines()), ground.clock());
   }
-  auto lines = OpenGpioLines(config.wiring.chip, config.wiring.Lines(), ground.clock());
+  RETURN_IF_ERROR(config.wiring.Validate());
+  const std::string chip = config.simulated ? std::string() : config.wiring.chip;
+  auto lines = config.simulated ? ground.booth()->safety().Request(chip, config.wiring.Lines())
+                                : OpenGpioLines(chip, config.wiring.Lines(), ground.clock());
   if (!lines) return Fail(lines);
   return MakeInterlock(std::move(*lines), ground.clock());
 }

@@ -25,11 +25,11 @@ class DeviceGround {
 
   [[nodiscard]] Clock& clock() { return *clock_; }
   /// Null if nothing of the configuration is simulated.
-  [[nodiscard]] sim::Booth* booth() { return booth_.get(); }
+  [[nodiscard]] sim::BoothDevices* booth() { return booth_.get(); }
 
  private:
   std::unique_ptr<Clock> clock_;
-  std::unique_ptr<sim::Booth> booth_;
+  std::unique_ptr<sim::BoothDevices> booth_;
 };
 
 /// A device with the buses that it needs, in the order in which they may be destroyed (last member first). The ground

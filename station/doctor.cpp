@@ -123,7 +123,13 @@ void CheckGpio(const Config& config, std::vector<DoctorItem>& items) {
   const auto chips = ListGpioChips();
   if (chips) {
     for (const GpioChipInfo& chip : *chips) {
-      group.Ok("GPIO " + chip.name, fmt::format("'{}', {} lines", chip.label, chip.lines.size()));
+      if (chip.problem.empty()) {
+        group.Ok("GPIO " + chip.name, fmt::format("'{}', {} lines", chip.label, chip.lines.size()));
+      } else if (config.interlock.simulated) {
+        group.None("GPIO " + chip.name, chip.problem);
+      } else {
+        group.Problem("GPIO " + chip.name, chip.problem, "install the udev rules of docs/booth.md");
+      }
     }
     if (!chips->empty()) return;
   }
@@ -181,13 +187,10 @@ void CheckInterlock(const Config& config, DeviceGround& ground, std::vector<Doct
   if (!opened) return group.Problem("lines", opened.error());
   const auto reading = (*opened)->WaitChange(ground.clock().Now() + kReadTimeout);
   if (!reading) return group.Problem("lines", reading.error());
-  std::string open;
-  for (const InterlockInput input : {InterlockInput::kEstopA, InterlockInput::kEstopB, InterlockInput::kDoor,
-                                     InterlockInput::kUpperLimit, InterlockInput::kLowerLimit}) {
-    if (!(*reading)[input]) open.append(open.empty() ? "" : ", ").append(InterlockName(input));
-  }
   group.Ok("lines", fmt::format("{} inputs and {} outputs", kInterlockInputs, kInterlockOutputs));
+  const std::string open = OpenedInputs(*reading);
   group.Ok("chain", open.empty() ? std::string("closed") : "open at " + open);
+  for (const InterlockNotice& notice : (*opened)->Diagnose()) group.Problem("chain", notice.text, notice.advice);
 }
 
 }  // namespace

@@ -101,7 +101,8 @@ Result<ScanPlan> RequestedPlan(const Config& config, const std::string& name, De
   return plan;
 }
 
-ScanHeader HeaderFor(const Config& config, const ScanRequest& request, const ScanPlan& plan, const sim::Booth& booth) {
+ScanHeader HeaderFor(const Config& config, const ScanRequest& request, const ScanPlan& plan,
+                     const sim::BoothDevices& booth) {
   ScanHeader header;
   header.station_id = config.station_id;
   header.source = booth.subject().name();
