@@ -1,8 +1,18 @@
 """What stands at the other end of the guest's buses: our device models as processes of the host."""
 
+import os
+import select
+import socket
+import subprocess
+import termios
+import threading
+import time
+import tty
 
 from debian_kernel import HilError
-from machine import end, spawn
+from machine import die_with_parent, end
+
+PATIENCE = 30  # s, for a program to answer or a socket to appear
 
 
 class NoPeer:
@@ -21,21 +31,172 @@ class NoPeer:
 
     def answer(self, request):
         """Carries out a request of the guest; the text of its reply."""
+        if request.startswith("echo "):
+            return request.removeprefix("echo ")
         raise HilError(f"unknown request '{request}'")
 
     def close(self):
         """Whatever happened before."""
 
 
+class Program:
+    """A device program: takes one command a line, answers each with one line, `ok …` or `error …`."""
+
+    def __init__(self, command):
+        self.command = command
+        try:
+            self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
+                                            preexec_fn=die_with_parent)
+        except OSError as error:
+            raise HilError(f"start {command[0]}: {error}: build the target hil_targets first") from error
+
+    def ask(self, line):
+        try:
+            self.process.stdin.write(line + "\n")
+            self.process.stdin.flush()
+        except OSError as error:
+            raise HilError(f"{line}: {os.path.basename(self.command[0])} is gone: {error}") from error
+        return self.read(line)
+
+    def read(self, what):
+        """The next line that the program says."""
+        if not select.select([self.process.stdout], [], [], PATIENCE)[0]:
+            raise HilError(f"{what}: {os.path.basename(self.command[0])} says nothing for {PATIENCE} s")
+        answer = self.process.stdout.readline().strip()
+        if not answer.startswith("ok"):
+            raise HilError(f"{what}: {os.path.basename(self.command[0])} says '{answer}'")
+        return answer.removeprefix("ok").strip()
+
+    def kill(self):
+        end(self.process)
+
+
+def connect(path):
+    """A connection to a socket that QEMU makes."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        connection = socket.socket(socket.AF_UNIX)
+        try:
+            connection.connect(path)
+            return connection
+        except OSError as error:
+            connection.close()
+            if time.monotonic() > deadline:
+                raise HilError(f"connect to the machine at {path}: {error}") from error
+            time.sleep(0.05)
+
+
+class SerialCable:
+    """Joins a serial port of the machine (a socket of QEMU's) to a terminal of the host. For the machine's USB adapter,
+    plugging the cable is plugging the adapter."""
+
+    def __init__(self, socket_path, terminal):
+        self.socket_path = socket_path
+        self.terminal = os.open(terminal, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.terminal, termios.TCSANOW)
+        self.connection = None
+        self.thread = None
+
+    def plug(self):
+        if self.connection is None:
+            self.connection = connect(self.socket_path)
+            self.thread = threading.Thread(target=self._carry, args=(self.connection,), daemon=True)
+            self.thread.start()
+
+    def _carry(self, connection):
+        other = {connection.fileno(): self.terminal, self.terminal: connection.fileno()}
+        while True:
+            ready, _, _ = select.select(list(other), [], [], 0.5)
+            for source in ready:
+                try:
+                    data = os.read(source, 4096)
+                    if not data:
+                        return
+                    os.write(other[source], data)
+                except OSError:
+                    return
+            if connection.fileno() < 0:
+                return
+
+    def unplug(self):
+        if self.connection is not None:
+            try:
+                self.connection.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass  # the machine was faster
+            self.thread.join(timeout=5)
+            self.connection.close()
+            self.connection = None
+
+    def close(self):
+        self.unplug()
+        os.close(self.terminal)
+
+
 class UsbBoards(NoPeer):
-    """placeholder"""
+    """The ring's twelve boards on one USB controller, all served by one program.
+
+    Requests: `usb unplug I`, `usb plug I`, `usb status I` (answered by the program), `usb kill` (SIGKILL), `usb start`.
+    """
+
+    BOARDS = 12
+
+    def __init__(self, folder, build):
+        super().__init__(folder, build)
+        self.program = None
+
+    def _socket(self, board):
+        return os.path.join(self.folder, f"r{board}")
+
+    def start(self):
+        command = [os.path.join(self.build, "usbredir_ring")]
+        for board in range(self.BOARDS):
+            command += ["--socket", self._socket(board)]  # QEMU makes them; the program waits for them
+        self.program = Program(command)
 
     def devices(self):
-        return ["-device", "qemu-xhci,id=x"]
+        flags = ["-device", f"qemu-xhci,id=x,p2={self.BOARDS},p3={self.BOARDS}"]
+        for board in range(self.BOARDS):
+            flags += ["-chardev", f"socket,id=r{board},path={self._socket(board)},server=on,wait=off",
+                      "-device", f"usb-redir,chardev=r{board},bus=x.0,port={board + 1}"]
+        return flags
+
+    def answer(self, request):
+        if request == "usb kill":
+            self.program.kill()
+            return ""
+        if request == "usb start":
+            self.start()
+            return ""
+        if request.startswith("usb "):
+            return self.program.ask(request.removeprefix("usb "))
+        return super().answer(request)
+
+    def close(self):
+        if self.program is not None:
+            self.program.kill()
 
 
 class AxisDrives(NoPeer):
     """placeholder"""
 
     def devices(self):
-        return ["-serial", "null"]
+        return ["-serial", "null", "-device", "qemu-xhci,id=x", "-chardev",
+                f"socket,id=ftdi,path={self.folder}/ftdi,server=on,wait=off", "-device", "usb-serial,chardev=ftdi,bus=x.0,serial=A180"]
+
+    def start(self):
+        master, slave = os.openpty()
+        self.cable = SerialCable(self.folder + "/ftdi", os.ttyname(slave))
+        self.ends = (master, slave)
+
+    def answer(self, request):
+        if request == "adapter plug":
+            self.cable.plug()
+            return ""
+        if request == "adapter unplug":
+            self.cable.unplug()
+            return ""
+        return super().answer(request)
+
+    def close(self):
+        self.cable.close()
