@@ -24,11 +24,11 @@ std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
 
 }  // namespace
 
-Booth::Booth(BoothOptions options)
+BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     : subject_(Present(std::move(options.subject))),
       calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
       beam_(options.beam),
-      drive_(Seeded(options.axis, options.seed), clock_),
+      drive_(Seeded(options.axis, options.seed), clock),
       world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm} {
   ENSURE(calibration_.sensors.size() == kBoards * kSensorsPerBoard, "a booth's ring has 180 sensors");
   for (std::size_t i = 0; i < kBoards; ++i) {
@@ -36,11 +36,11 @@ Booth::Booth(BoothOptions options)
     board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
     board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
     board.seed = MixSeed(options.seed, kForBoards);
-    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock_));
+    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock));
   }
 }
 
-std::vector<UsbPort*> Booth::usb_ports() {
+std::vector<UsbPort*> BoothDevices::usb_ports() {
   std::vector<UsbPort*> ports;
   for (const auto& board : boards_) ports.push_back(board.get());
   return ports;

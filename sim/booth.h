@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -27,17 +28,17 @@ struct BoothOptions {
   RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
 };
 
-/// A whole simulated booth in virtual time: subject, ring of 12 boards, axis, seen only through the bus seams.
-/// Thread-bound; not movable, because its parts borrow each other.
-class Booth {
+/// What stands in a simulated booth: subject, ring of 12 boards, axis, seen only through the bus seams. On a manual
+/// clock it runs in virtual time, on the system's clock it can serve other programs. Borrows the clock. Thread-bound;
+/// not movable, because its parts borrow each other.
+class BoothDevices {
  public:
   static constexpr std::size_t kBoards = 12;
 
-  explicit Booth(BoothOptions options);
-  Booth(const Booth&) = delete;
-  Booth& operator=(const Booth&) = delete;
+  BoothDevices(BoothOptions options, Clock& clock);
+  BoothDevices(const BoothDevices&) = delete;
+  BoothDevices& operator=(const BoothDevices&) = delete;
 
-  [[nodiscard]] ManualClock& clock() { return clock_; }
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
   [[nodiscard]] ModbusLink& axis_link() { return drive_; }
 
@@ -48,7 +49,6 @@ class Booth {
   [[nodiscard]] const Subject& subject() const { return *subject_; }
 
  private:
-  ManualClock clock_;
   std::unique_ptr<Subject> subject_;
   RingCalibration calibration_;
   BeamModel beam_;
@@ -56,6 +56,28 @@ class Booth {
   World world_;
   SyncLine sync_;
   std::vector<std::unique_ptr<RingBoardModel>> boards_;
+};
+
+/// A whole simulated booth in virtual time.
+class Booth {
+ public:
+  static constexpr std::size_t kBoards = BoothDevices::kBoards;
+
+  explicit Booth(BoothOptions options) : devices_(std::move(options), clock_) {}
+
+  [[nodiscard]] ManualClock& clock() { return clock_; }
+  [[nodiscard]] std::vector<UsbPort*> usb_ports() { return devices_.usb_ports(); }
+  [[nodiscard]] ModbusLink& axis_link() { return devices_.axis_link(); }
+
+  /// For judging: what is really so.
+  [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }
+  [[nodiscard]] RingBoardModel& board(std::size_t index) { return devices_.board(index); }
+  [[nodiscard]] const RingCalibration& true_calibration() const { return devices_.true_calibration(); }
+  [[nodiscard]] const Subject& subject() const { return devices_.subject(); }
+
+ private:
+  ManualClock clock_;
+  BoothDevices devices_;
 };
 
 }  // namespace annulus::sim
