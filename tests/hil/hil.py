@@ -73,7 +73,7 @@ def run_suite(name, suite, machine_files, options):
     vmlinux, initramfs = machine_files
     log_path = os.path.join(options.output, f"{name}.log")
     with tempfile.TemporaryDirectory(prefix="annulus-hil-") as folder:
-        peer = suite.peer(folder, options.build)
+        peer = suite.peer(folder, options.build, os.path.join(options.output, f"{name}-devices.log"))
         requests = Requests(os.path.join(folder, "requests"), peer.answer)
         try:
             peer.start()

@@ -18,9 +18,10 @@ PATIENCE = 30  # s, for a program to answer or a socket to appear
 class NoPeer:
     """A suite whose buses are inside the guest."""
 
-    def __init__(self, folder, build):
-        self.folder = folder
+    def __init__(self, folder, build, log_path):
+        self.folder = folder  # for sockets; gone after the run
         self.build = build
+        self.log_path = log_path  # what the device programs complain about
 
     def start(self):
         """Before QEMU starts."""
@@ -42,30 +43,43 @@ class NoPeer:
 class Program:
     """A device program: takes one command a line, answers each with one line, `ok …` or `error …`."""
 
-    def __init__(self, command):
+    def __init__(self, command, log_path):
         self.command = command
+        self.pending = b""
         try:
-            self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
-                                            preexec_fn=die_with_parent)
+            with open(log_path, "ab") as log:
+                self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
+                                                preexec_fn=die_with_parent)
         except OSError as error:
             raise HilError(f"start {command[0]}: {error}: build the target hil_targets first") from error
 
     def ask(self, line):
         try:
-            self.process.stdin.write(line + "\n")
+            self.process.stdin.write(line.encode() + b"\n")
             self.process.stdin.flush()
         except OSError as error:
             raise HilError(f"{line}: {os.path.basename(self.command[0])} is gone: {error}") from error
         return self.read(line)
 
     def read(self, what):
-        """The next line that the program says."""
-        if not select.select([self.process.stdout], [], [], PATIENCE)[0]:
-            raise HilError(f"{what}: {os.path.basename(self.command[0])} says nothing for {PATIENCE} s")
-        answer = self.process.stdout.readline().strip()
-        if not answer.startswith("ok"):
-            raise HilError(f"{what}: {os.path.basename(self.command[0])} says '{answer}'")
-        return answer.removeprefix("ok").strip()
+        """What the program answers; whatever else it says is skipped."""
+        name = os.path.basename(self.command[0])
+        deadline = time.monotonic() + PATIENCE
+        while True:
+            while b"\n" in self.pending:
+                line, self.pending = self.pending.split(b"\n", 1)
+                answer = line.decode(errors="replace").strip()
+                if answer.startswith("ok"):
+                    return answer.removeprefix("ok").strip()
+                if answer.startswith("error"):
+                    raise HilError(f"{what}: {name} says '{answer}'")
+            output = self.process.stdout.fileno()
+            if not select.select([output], [], [], max(0.0, deadline - time.monotonic()))[0]:
+                raise HilError(f"{what}: {name} says nothing for {PATIENCE} s")
+            data = os.read(output, 4096)
+            if not data:
+                raise HilError(f"{what}: {name} has ended")
+            self.pending += data
 
     def kill(self):
         end(self.process)
@@ -141,8 +155,8 @@ class UsbBoards(NoPeer):
 
     BOARDS = 12
 
-    def __init__(self, folder, build):
-        super().__init__(folder, build)
+    def __init__(self, *places):
+        super().__init__(*places)
         self.program = None
 
     def _socket(self, board):
@@ -152,7 +166,7 @@ class UsbBoards(NoPeer):
         command = [os.path.join(self.build, "usbredir_ring")]
         for board in range(self.BOARDS):
             command += ["--socket", self._socket(board)]  # QEMU makes them; the program waits for them
-        self.program = Program(command)
+        self.program = Program(command, self.log_path)
 
     def devices(self):
         flags = ["-device", f"qemu-xhci,id=x,p2={self.BOARDS},p3={self.BOARDS}"]
