@@ -44,7 +44,7 @@ class Suite:
 
 CAN_BUS = ("-object", "can-bus,id=cb")
 SUITES = {
-    "can": Suite("Can*:-CanFd*", ("can-raw", "vcan", "kvaser_pci"), 240,
+    "can": Suite("Can*:-CanFd*", ("can-raw", "vcan", "kvaser_pci", "sch_tbf"), 240,
                  CAN_BUS + ("-device", "kvaser_pci,canbus=cb", "-device", "kvaser_pci,canbus=cb")),
     "canfd": Suite("CanFd*", ("can-raw", "ctucanfd_pci"), 240, CAN_BUS + ("-device", "ctucan_pci,canbus0=cb,canbus1=cb"), built=True),
     "usb": Suite("Usb*", ("xhci_pci",), 360, peer=peers.UsbBoards, udev=True),

@@ -21,7 +21,7 @@ SMALL_FILES = {
 }
 
 
-def libraries(program, libraries_of=()):
+def libraries(program):
     """(path as the loader looks for it, path of the file) of every shared library of a program."""
     told = run(["ldd", program], f"list the libraries of {program}", "build it first")
     missing = re.findall(r"(\S+) => not found", told)
@@ -43,7 +43,8 @@ class Initramfs:
         self.copy("/bin/busybox", "bin/busybox")
         self.copy(os.path.join(HERE, "guest", "init.sh"), "init")
         os.chmod(os.path.join(staging, "init"), 0o755)
-        self.add_program("/usr/sbin/ip" if os.path.exists("/usr/sbin/ip") else "/sbin/ip", "hil/ip")
+        for name in ("ip", "tc"):
+            self.add_program(f"/sbin/{name}", f"hil/{name}")
 
     def write(self, name, text):
         with open(os.path.join(self.root, name), "w", encoding="utf-8") as f:

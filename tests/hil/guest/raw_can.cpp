@@ -17,6 +17,8 @@ RawCan::RawCan(const std::string& interface) : socket_(::socket(PF_CAN, SOCK_RAW
   EXPECT_GE(socket_, 0) << std::strerror(errno);
   const int on = 1;
   EXPECT_EQ(::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on), 0);
+  const int room = 4 << 20;  // bytes; the kernel's default holds some 270 frames
+  EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_RCVBUFFORCE, &room, sizeof room), 0);
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(::if_nametoindex(interface.c_str()));

@@ -30,6 +30,8 @@ UsbRangeRingOptions PatientRingOptions() {
   return options;
 }
 
+std::string SerialOf(std::size_t board) { return "RB" + std::to_string(kFirstSerial + board); }
+
 void Unplug(std::size_t board) { AskHost("usb unplug " + std::to_string(board)); }
 void Plug(std::size_t board) { AskHost("usb plug " + std::to_string(board)); }
 void KillBoards() { AskHost("usb kill"); }

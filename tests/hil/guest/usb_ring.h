@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "base/clock.h"
 #include "firmware_iface/range_ring.h"
@@ -17,6 +18,9 @@ inline constexpr double kExpectedRangeMm = 450.0;
 [[nodiscard]] bool WaitForBoards(Clock& clock);
 /// The ring's options with time-outs for a slow emulated machine.
 [[nodiscard]] UsbRangeRingOptions PatientRingOptions();
+
+/// Serial number of a board's USB descriptor.
+[[nodiscard]] std::string SerialOf(std::size_t board);
 
 void Unplug(std::size_t board);
 void Plug(std::size_t board);
