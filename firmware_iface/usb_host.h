@@ -12,6 +12,10 @@
 
 namespace annulus {
 
+/// Vendor and product number of the ring's boards.
+inline constexpr std::uint16_t kRingBoardVendor = 0x1209;
+inline constexpr std::uint16_t kRingBoardProduct = 0xA180;
+
 /// A device came or went.
 struct UsbHotplug {
   enum class Kind { kArrived, kLeft };
@@ -27,12 +31,12 @@ class UsbHost {
  public:
   virtual ~UsbHost() = default;
 
-  /// The devices that are plugged in and can be opened now. One whose serial number cannot be read (no permission, not
-  /// ready) is listed with an empty serial number.
+  /// The devices that are plugged in, whether or not they can be opened. One whose serial number cannot be read is
+  /// listed with an empty serial number.
   virtual UsbResult<std::vector<UsbIdentity>> List() = 0;
-  /// Opens the device with this serial number, or, where that is empty, the one at this port path. Just after arrival
-  /// the device node may not be there or not permitted yet (kError with what the system said): try again later, see
-  /// OpenPort.
+  /// Opens the device with this serial number (of several, the one at this port path if it is among them), or, where
+  /// that is empty, the one at this port path. kNoDevice if there is none. Just after arrival the device node may not
+  /// be there or not permitted yet (kError, kNoDevice, with what the system said): try again later, see OpenPort.
   virtual UsbResult<std::unique_ptr<UsbPort>> Open(const UsbIdentity& identity) = 0;
   /// The next plug event; nothing if none has come when the host clock reaches `deadline`.
   virtual std::optional<UsbHotplug> WaitHotplug(std::chrono::nanoseconds deadline) = 0;
@@ -40,7 +44,8 @@ class UsbHost {
   [[nodiscard]] virtual std::uint64_t transfer_memory() const = 0;
 };
 
-/// Opens the ring's boards by libusb (vendor 1209h, product A180h). The clock is borrowed and must be the host's.
+/// Watches and opens the ring's boards by libusb. The clock is borrowed and must be the host's (SystemClock). A wait on
+/// one port handles the events of all: what belongs to another port is queued there.
 Result<std::unique_ptr<UsbHost>> OpenLibusbHost(Clock& clock);
 
 /// Opens a device that may just have come back, with retries after 50 ms, doubling up to 2 s, until `deadline`.
