@@ -174,12 +174,29 @@ TEST_F(CanInterface, B11_ErrorFramesBecomeReports) {
       {"nobody acknowledged", CAN_ERR_ACK, {}, [](const CanReport& r) { return r.no_acknowledge; }},
       {"lost arbitration", CAN_ERR_LOSTARB, {}, [](const CanReport& r) { return r.lost_arbitration; }},
       {"stuff error", CAN_ERR_PROT, {0, 0, CAN_ERR_PROT_STUFF}, [](const CanReport& r) { return r.protocol_error; }},
-      {"receive overflow", CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW}, [](const CanReport& r) { return r.receive_overflow; }},
-      {"transmit overflow", CAN_ERR_CRTL, {0, CAN_ERR_CRTL_TX_OVERFLOW}, [](const CanReport& r) { return r.transmit_overflow; }},
-      {"warning", CAN_ERR_CRTL, {0, CAN_ERR_CRTL_TX_WARNING}, [](const CanReport& r) { return r.state == CanState::kErrorWarning; }},
-      {"passive", CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_PASSIVE}, [](const CanReport& r) { return r.state == CanState::kErrorPassive; }},
-      {"active again", CAN_ERR_CRTL, {0, CAN_ERR_CRTL_ACTIVE}, [](const CanReport& r) { return r.state == CanState::kErrorActive; }},
-      {"counters", CAN_ERR_CRTL | CAN_ERR_CNT, {0, CAN_ERR_CRTL_TX_WARNING, 0, 0, 0, 0, 97, 3},
+      {"receive overflow",
+       CAN_ERR_CRTL,
+       {0, CAN_ERR_CRTL_RX_OVERFLOW},
+       [](const CanReport& r) { return r.receive_overflow; }},
+      {"transmit overflow",
+       CAN_ERR_CRTL,
+       {0, CAN_ERR_CRTL_TX_OVERFLOW},
+       [](const CanReport& r) { return r.transmit_overflow; }},
+      {"warning",
+       CAN_ERR_CRTL,
+       {0, CAN_ERR_CRTL_TX_WARNING},
+       [](const CanReport& r) { return r.state == CanState::kErrorWarning; }},
+      {"passive",
+       CAN_ERR_CRTL,
+       {0, CAN_ERR_CRTL_RX_PASSIVE},
+       [](const CanReport& r) { return r.state == CanState::kErrorPassive; }},
+      {"active again",
+       CAN_ERR_CRTL,
+       {0, CAN_ERR_CRTL_ACTIVE},
+       [](const CanReport& r) { return r.state == CanState::kErrorActive; }},
+      {"counters",
+       CAN_ERR_CRTL | CAN_ERR_CNT,
+       {0, CAN_ERR_CRTL_TX_WARNING, 0, 0, 0, 0, 97, 3},
        [](const CanReport& r) { return r.transmit_errors == 97 && r.receive_errors == 3; }},
   };
   RawCan controller(kName);
@@ -248,7 +265,8 @@ TEST_F(CanControllers, AreListed) {
   const auto links = ListCanInterfaces();
   ASSERT_TRUE(links) << links.error().Text();
   for (const char* name : {"can0", "can1"}) {
-    const auto found = std::find_if(links->begin(), links->end(), [&](const CanLink& link) { return link.name == name; });
+    const auto found =
+        std::find_if(links->begin(), links->end(), [&](const CanLink& link) { return link.name == name; });
     ASSERT_NE(found, links->end()) << name;
     EXPECT_EQ(found->bit_rate, 500'000U) << name;
   }
