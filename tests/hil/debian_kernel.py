@@ -83,10 +83,27 @@ class KernelCache:
         if os.path.exists(path):
             with open(path, encoding="utf-8") as f:
                 return json.load(f)
-        kernel = self._ask_apt(["depends", META_PACKAGE], r"Depends: (linux-image-[0-9]\S*-amd64)", META_PACKAGE)
-        versions = {"kernel": kernel}
+        versions = self._current_kernel()
         self._save_versions(versions)
         return versions
+
+    def _current_kernel(self):
+        kernel = self._ask_apt(["depends", META_PACKAGE], r"Depends: (linux-image-[0-9]\S*-amd64)", META_PACKAGE)
+        return {"kernel": kernel, kernel: self._candidate(kernel)}
+
+    def renew(self):
+        """After a failed download: whether Debian has a newer kernel than the one that was fixed at the first use. That is used from
+        now on, since the archive does not keep the older one."""
+        current = self._current_kernel()
+        if all(self.versions.get(name) == version for name, version in current.items()):
+            return False
+        self.say(f"Debian's kernel is now {current['kernel']}: start anew with it")
+        self.versions = current
+        self._save_versions(current)
+        return True
+
+    def _candidate(self, package):
+        return self._ask_apt(["policy", package], r"Candidate: (\d\S*)", package)
 
     def _save_versions(self, versions):
         path = os.path.join(self.folder, STATE)
@@ -121,7 +138,7 @@ class KernelCache:
                 version = same[0] if same else None
             else:
                 version = None
-            self.versions[package] = version or self._ask_apt(["policy", package], r"Candidate: (\d\S*)", package)
+            self.versions[package] = version or self._candidate(package)
             self._save_versions(self.versions)
         return f"{package}={self.versions[package]}"
 
@@ -130,8 +147,7 @@ class KernelCache:
         wanted = [self._version(p) for p in packages]
         self.say(f"download {', '.join(wanted)}")
         command = ["apt-get", "-q", "-o", "APT::Sandbox::User=root", "-o", "Acquire::Retries=2", "download", *wanted]
-        advice = (f"connect to Debian's archive, or copy a filled cache to {self.folder} (ANNULUS_HIL_CACHE names another); "
-                  f"after a new kernel came out, delete {os.path.join(self.folder, STATE)}")
+        advice = f"connect to Debian's archive, or copy a filled cache to {self.folder} (ANNULUS_HIL_CACHE names another)"
         try:
             run(command, f"download {' '.join(wanted)}", advice, cwd=folder, timeout=1800)
         except HilError:

@@ -81,7 +81,7 @@ def run_suite(name, suite, machine_files, options):
                        *suite.devices, *peer.devices()]
             parameters = {"hil": name, "hil_filter": options.filter or suite.pattern, "hil_seconds": suite.seconds,
                           "hil_udev": int(suite.udev)}
-            lines, how = boot(vmlinux, initramfs, parameters, devices, log_path, suite.seconds + 60)
+            lines, how = boot(vmlinux, initramfs, parameters, devices, log_path, suite.seconds + 60, peer.booted)
         finally:
             peer.close()
             requests.close()
@@ -110,6 +110,15 @@ def run_suite(name, suite, machine_files, options):
 def prepare(names, options):
     """(vmlinux, initramfs) for these suites."""
     cache = KernelCache(options.cache, say)
+    try:
+        return assemble(names, options, cache)
+    except HilError:
+        if not cache.renew():
+            raise
+        return assemble(names, options, cache)
+
+
+def assemble(names, options, cache):
     files = Initramfs(os.path.join(options.output, "root"))
     files.add_program(os.path.join(options.build, "hil_guest"), "hil/hil_guest")
     built = any(SUITES[name].built for name in names)

@@ -83,8 +83,9 @@ class Requests:
         self._thread.join(timeout=5)
 
 
-def boot(vmlinux, initramfs, parameters, devices, log_path, seconds):
-    """Runs a machine to its end or for `seconds`; the lines of its serial log and how it ended (empty: by itself)."""
+def boot(vmlinux, initramfs, parameters, devices, log_path, seconds, booted):
+    """Runs a machine to its end or for `seconds`; `booted` is called when QEMU has started. The lines of the serial log, and how it
+    ended (empty: by itself)."""
     append = " ".join([APPEND, *(f"{name}={value}" for name, value in parameters.items())])
     command = [*QEMU, "-serial", "stdio", *devices, "-kernel", vmlinux, "-initrd", initramfs, "-append", append]
     deadline = time.monotonic() + seconds
@@ -92,6 +93,7 @@ def boot(vmlinux, initramfs, parameters, devices, log_path, seconds):
     with open(log_path, "wb") as log:
         qemu = spawn(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         try:
+            booted()
             tail = b""
             while True:
                 left = deadline - time.monotonic()

@@ -30,6 +30,9 @@ class NoPeer:
         """QEMU's flags."""
         return []
 
+    def booted(self):
+        """When QEMU runs."""
+
     def answer(self, request):
         """Carries out a request of the guest; the text of its reply."""
         if request.startswith("echo "):
@@ -61,16 +64,16 @@ class Program:
             raise HilError(f"{line}: {os.path.basename(self.command[0])} is gone: {error}") from error
         return self.read(line)
 
-    def read(self, what):
-        """What the program answers; whatever else it says is skipped."""
+    def read(self, what, good="ok"):
+        """What the program answers after `good`; whatever else it says is skipped."""
         name = os.path.basename(self.command[0])
         deadline = time.monotonic() + PATIENCE
         while True:
             while b"\n" in self.pending:
                 line, self.pending = self.pending.split(b"\n", 1)
                 answer = line.decode(errors="replace").strip()
-                if answer.startswith("ok"):
-                    return answer.removeprefix("ok").strip()
+                if answer.startswith(good):
+                    return answer.removeprefix(good).strip()
                 if answer.startswith("error"):
                     raise HilError(f"{what}: {name} says '{answer}'")
             output = self.process.stdout.fileno()
@@ -192,25 +195,48 @@ class UsbBoards(NoPeer):
 
 
 class AxisDrives(NoPeer):
-    """placeholder"""
+    """Two simulated drives: one on the machine's second serial port, one behind its USB adapter.
 
-    def devices(self):
-        return ["-serial", "null", "-device", "qemu-xhci,id=x", "-chardev",
-                f"socket,id=ftdi,path={self.folder}/ftdi,server=on,wait=off", "-device", "usb-serial,chardev=ftdi,bus=x.0,serial=A180"]
+    Requests: `axis state|stall|resume I` (answered by the program), `adapter plug`, `adapter unplug`.
+    """
+
+    DRIVES = ("rtu", "ftdi")
+
+    def __init__(self, *places):
+        super().__init__(*places)
+        self.program = None
+        self.cables = {}
+
+    def _socket(self, name):
+        return os.path.join(self.folder, name)
 
     def start(self):
-        master, slave = os.openpty()
-        self.cable = SerialCable(self.folder + "/ftdi", os.ttyname(slave))
-        self.ends = (master, slave)
+        self.program = Program([os.path.join(self.build, "axis_server"), str(len(self.DRIVES))], self.log_path)
+        terminals = self.program.read("start", "ready").split()
+        self.cables = {name: SerialCable(self._socket(name), t) for name, t in zip(self.DRIVES, terminals, strict=True)}
+
+    def devices(self):
+        socket_of = {name: f"socket,id={name},path={self._socket(name)},server=on,wait=off" for name in self.DRIVES}
+        return ["-chardev", socket_of["rtu"], "-serial", "chardev:rtu", "-device", "qemu-xhci,id=x", "-chardev", socket_of["ftdi"],
+                "-device", "usb-serial,chardev=ftdi,bus=x.0,serial=A180"]
+
+    def booted(self):
+        for cable in self.cables.values():
+            cable.plug()
 
     def answer(self, request):
         if request == "adapter plug":
-            self.cable.plug()
+            self.cables["ftdi"].plug()
             return ""
         if request == "adapter unplug":
-            self.cable.unplug()
+            self.cables["ftdi"].unplug()
             return ""
+        if request.startswith("axis "):
+            return self.program.ask(request.removeprefix("axis "))
         return super().answer(request)
 
     def close(self):
-        self.cable.close()
+        for cable in self.cables.values():
+            cable.close()
+        if self.program is not None:
+            self.program.kill()

@@ -11,8 +11,8 @@ TEST(ModbusPlatform, ASerialPortAndAUsbAdapterByItsIdentityAreThere) {
   Shell("test -c /dev/ttyS1");
   AskHost("adapter plug");
   Shell("udevadm settle --timeout=20; for i in $(seq 100); do [ -d /dev/serial/by-id ] && break; sleep 0.1; done");
-  EXPECT_NE(Shell("ls -la /dev/serial/by-id >/dev/console; ls /dev/serial/by-id"), "");
-  EXPECT_NE(Shell("cat /sys/class/tty/ttyUSB0/device/uevent"), "");
+  EXPECT_NE(Shell("ls /dev/serial/by-id"), "");
+  Shell("test -c /dev/serial/by-id/*");
 }
 
 TEST(ModbusPlatform, TheHostAnswersRequests) { EXPECT_EQ(AskHost("echo hello there"), "hello there"); }
