@@ -33,6 +33,7 @@ struct GpioEdge {
   std::size_t line = 0;  ///< Index into the request.
   bool level = false;    ///< After the edge.
   std::chrono::nanoseconds host_time{0};
+  bool after_loss = false;  ///< Edges before this one may have been lost: the line may have been at any level.
 };
 
 enum class GpioFault {
@@ -41,13 +42,16 @@ enum class GpioFault {
 };
 struct GpioFailure {
   GpioFault fault = GpioFault::kError;
-  std::string detail;
+  std::string detail;  ///< What the system said.
 };
 template <class T>
 using GpioResult = tl::expected<T, GpioFailure>;
 
 /// The seam to a set of requested GPIO lines: levels and edges. Below it lies libgpiod, or a simulated safety chain.
-/// The kernel keeps 16 edges per line at least and drops more: levels are always read again after edges. Thread-bound.
+/// The kernel keeps 16 edges per line and drops more, which `GpioEdge::after_loss` says: levels are always read again
+/// after edges. The last edge of a line that is delivered has the level that the line then had. Lines are free again
+/// when the object ends; the level of an output is then no longer defined, and an external resistor has to define it.
+/// Thread-bound.
 class GpioLines {
  public:
   virtual ~GpioLines() = default;
@@ -63,19 +67,40 @@ class GpioLines {
   virtual GpioResult<std::optional<GpioEdge>> WaitEdge(std::chrono::nanoseconds deadline) = 0;
 };
 
-/// Requests lines by name on a chip, for this program alone. `chip` is its label, name ("gpiochip0") or path; empty
-/// finds each name on any chip. The clock is borrowed and must be the host's. Fails, naming it, on a line that is
-/// missing, there twice, or in use (and by whom).
-Result<std::unique_ptr<GpioLines>> OpenGpioLines(const std::string& chip, const std::vector<GpioLineSpec>& lines,
-                                                 Clock& clock);
-
+/// A line as the system lists it.
+struct GpioLineInfo {
+  std::string name;  ///< Empty if it has none.
+  bool used = false;
+  std::string consumer;  ///< Who uses it, where known.
+};
 /// A chip of the system.
 struct GpioChipInfo {
   std::string name;  ///< "gpiochip0"
   std::string label;
-  std::vector<std::string> lines;  ///< Names, empty where a line has none.
+  std::string path;                 ///< "/dev/gpiochip0"
+  std::vector<GpioLineInfo> lines;  ///< By offset.
+  std::string problem;              ///< Why it cannot be opened (it then has neither label nor lines); else empty.
 };
-/// The system's chips that can be opened; empty where the kernel has none.
+/// The system's chips; empty where the kernel has none.
 Result<std::vector<GpioChipInfo>> ListGpioChips();
+
+/// Requests lines by name on a chip, for this program alone. `chip` is its label, name ("gpiochip0") or path; empty
+/// finds each name on any chip. The clock is borrowed and must be the host's. Fails, naming all such lines, on lines
+/// that are missing, there twice, or in use (and by whom).
+Result<std::unique_ptr<GpioLines>> OpenGpioLines(const std::string& chip, const std::vector<GpioLineSpec>& lines,
+                                                 Clock& clock);
+
+/// Where a line is: chip and offset in a list of chips.
+struct GpioPlace {
+  std::size_t chip = 0;
+  unsigned int offset = 0;
+};
+/// Finds the lines that OpenGpioLines would request, in the order of `lines`; fails as it does. `chips` as
+/// ListGpioChips gives them.
+Result<std::vector<GpioPlace>> FindGpioLines(const std::vector<GpioChipInfo>& chips, const std::string& chip,
+                                             const std::vector<GpioLineSpec>& lines);
+
+/// A failure of a request as an Error: "`attempted`: …", with what to do.
+[[nodiscard]] Error GpioError(std::string attempted, const GpioFailure& failure);
 
 }  // namespace annulus

@@ -29,7 +29,8 @@ BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
       calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
       beam_(options.beam),
       drive_(Seeded(options.axis, options.seed), clock),
-      world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm} {
+      world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm},
+      safety_({}, clock) {
   ENSURE(calibration_.sensors.size() == kBoards * kSensorsPerBoard, "a booth's ring has 180 sensors");
   for (std::size_t i = 0; i < kBoards; ++i) {
     RingBoardOptions board = options.board;

@@ -13,6 +13,7 @@
 #include "sim/axis_firmware.h"
 #include "sim/beam.h"
 #include "sim/ring_firmware.h"
+#include "sim/safety_chain.h"
 #include "sim/subject.h"
 #include "sim/world.h"
 
@@ -41,6 +42,8 @@ class BoothDevices {
 
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
   [[nodiscard]] ModbusLink& axis_link() { return drive_; }
+  /// The safety chain with its GPIO chip; whoever requests its lines must let them go before the booth.
+  [[nodiscard]] SafetyChain& safety() { return safety_; }
 
   /// For judging: what is really so.
   [[nodiscard]] AxisDriveModel& drive() { return drive_; }
@@ -55,6 +58,7 @@ class BoothDevices {
   AxisDriveModel drive_;
   World world_;
   SyncLine sync_;
+  SafetyChain safety_;
   std::vector<std::unique_ptr<RingBoardModel>> boards_;
 };
 
@@ -68,6 +72,7 @@ class Booth {
   [[nodiscard]] ManualClock& clock() { return clock_; }
   [[nodiscard]] std::vector<UsbPort*> usb_ports() { return devices_.usb_ports(); }
   [[nodiscard]] ModbusLink& axis_link() { return devices_.axis_link(); }
+  [[nodiscard]] SafetyChain& safety() { return devices_.safety(); }
 
   /// For judging: what is really so.
   [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }

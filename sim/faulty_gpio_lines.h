@@ -1,0 +1,69 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "base/clock.h"
+#include "firmware_iface/gpio_lines.h"
+
+namespace annulus::sim {
+
+/// What goes wrong with a set of GPIO lines. All of it is drawn from `seed`: same plan, same calls, same faults.
+struct GpioFaultPlan {
+  std::uint64_t seed = 1;
+
+  // Benign: contacts and kernels do this every day, and no level ends up wrong.
+  double chatter_rate = 0.0;         ///< Share of the edges that come as several, there and back, within 5 ms.
+  int most_chatter = 10;             ///< Pairs of extra edges.
+  std::chrono::nanoseconds late{0};  ///< Edges are told up to so much later; their time stamps are true.
+
+  // Not benign.
+  double loss_rate = 0.0;                ///< Share of the edges that are never told.
+  std::optional<std::size_t> loss_line;  ///< Whose edges; nothing: of any line.
+  struct Stuck {
+    std::size_t line = 0;
+    bool level = false;  ///< That is read, whatever the pin has.
+    std::chrono::nanoseconds from{0};
+    std::chrono::nanoseconds to = std::chrono::nanoseconds::max();
+  };
+  std::vector<Stuck> stuck;                          ///< Inputs; a broken wire is one that is stuck at 0.
+  std::optional<std::chrono::nanoseconds> gone_at;   ///< The chip is unplugged.
+  std::optional<std::chrono::nanoseconds> error_at;  ///< From then on, calls fail for 100 ms, and no level is set.
+};
+
+/// Passes on what real lines do and damages it by a plan. Thread-bound. Borrows the clock.
+class FaultyGpioLines final : public GpioLines {
+ public:
+  FaultyGpioLines(std::unique_ptr<GpioLines> lines, GpioFaultPlan plan, Clock& clock);
+
+  [[nodiscard]] std::size_t count() const override { return lines_->count(); }
+  GpioResult<std::vector<bool>> Read() override;
+  GpioResult<void> Write(std::size_t line, bool level) override;
+  GpioResult<std::optional<GpioEdge>> WaitEdge(std::chrono::nanoseconds deadline) override;
+
+ private:
+  struct Held {
+    GpioEdge edge;
+    std::chrono::nanoseconds told_at{0};
+  };
+
+  [[nodiscard]] std::optional<GpioFailure> FailureNow() const;
+  [[nodiscard]] double Draw();
+  /// What becomes of one edge.
+  void Take(const GpioEdge& edge);
+  void Hold(const GpioEdge& edge);
+  [[nodiscard]] std::optional<bool> StuckAt(std::size_t line, std::chrono::nanoseconds time) const;
+
+  std::unique_ptr<GpioLines> lines_;
+  GpioFaultPlan plan_;
+  Clock& clock_;
+  std::mt19937_64 engine_;
+  std::deque<Held> held_;  ///< In the order in which they are told.
+};
+
+}  // namespace annulus::sim
