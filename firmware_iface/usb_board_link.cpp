@@ -45,6 +45,7 @@ void UsbBoardLink::Reset() {
   frames_.clear();
   tokens_.clear();
   earliest_ = 0;
+  run_begin_ = nanoseconds(0);
   losses_ = 0.0;
   bad_transfers_ = 0;
   excused_stalls_ = 0;
@@ -81,6 +82,16 @@ Status UsbBoardLink::Await(nanoseconds deadline) {
                   "power-cycle the ring; replace the board if it happens again");
     }
     const auto completion = port_->WaitCompletion(deadline);
+    if (!completion) return {};
+    RETURN_IF_ERROR(Take(*completion));
+  }
+  return {};
+}
+
+Status UsbBoardLink::Collect() {
+  // No more than is in flight now: a board that answers each new transfer at once must not keep us here.
+  for (std::size_t left = tokens_.size(); left > 0; --left) {
+    const auto completion = port_->WaitCompletion(kLongAgo);
     if (!completion) return {};
     RETURN_IF_ERROR(Take(*completion));
   }
@@ -143,7 +154,7 @@ Status UsbBoardLink::Sort(const LevelFrame& frame, nanoseconds host_arrival) {
     return Fail("read " + name_, "it reports an emitter fault", "keep the ring off and have the board replaced");
   }
   const std::uint32_t earliest = frames_.empty() ? earliest_ : frames_.back().frame.sequence + 1;
-  if (frame.sequence < earliest) {
+  if (frame.sequence < earliest || frame.device_time < run_begin_) {
     ++duplicate_frames_;
     return {};
   }

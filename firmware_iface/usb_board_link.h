@@ -50,10 +50,14 @@ class UsbBoardLink {
                const char* what);
   /// Forgets the last run.
   void Reset();
+  /// Frames stamped earlier on the board's clock belong to an earlier run, and are dropped as repeated.
+  void IgnoreBefore(std::chrono::nanoseconds device_time) { run_begin_ = device_time; }
   /// Puts one more transfer in flight.
   Status Submit();
   /// Collects until a frame is there, or the deadline is over.
   Status Await(std::chrono::nanoseconds deadline);
+  /// Collects what has ended, without waiting.
+  Status Collect();
   [[nodiscard]] bool has_frame() const { return !frames_.empty(); }
   /// The frame of this level; nothing if it is lost: a later one is there. Requires has_frame().
   std::optional<ArrivedFrame> TakeFrame(std::uint32_t sequence);
@@ -86,12 +90,13 @@ class UsbBoardLink {
   bool broken_ = false;
 
   UsbFrameAssembler assembler_;
-  std::deque<ArrivedFrame> frames_;  ///< Whole, not yet given out, sequence strictly rising.
-  std::vector<UsbToken> tokens_;     ///< In flight.
-  std::uint32_t earliest_ = 0;       ///< Frames before are repeated or too late.
-  double losses_ = 0.0;              ///< Leaky bucket.
-  int bad_transfers_ = 0;            ///< In a row.
-  std::size_t excused_stalls_ = 0;   ///< Transfers that were in flight when the endpoint halted.
+  std::deque<ArrivedFrame> frames_;        ///< Whole, not yet given out, sequence strictly rising.
+  std::vector<UsbToken> tokens_;           ///< In flight.
+  std::uint32_t earliest_ = 0;             ///< Frames before are repeated or too late.
+  std::chrono::nanoseconds run_begin_{0};  ///< On the board's clock.
+  double losses_ = 0.0;                    ///< Leaky bucket.
+  int bad_transfers_ = 0;                  ///< In a row.
+  std::size_t excused_stalls_ = 0;         ///< Transfers that were in flight when the endpoint halted.
   int good_since_stall_ = 0;
   std::uint64_t duplicate_frames_ = 0;
 };

@@ -18,6 +18,8 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kStopDeadline = std::chrono::seconds(1);
 /// Boards that have just been plugged in may be opened and speak within it.
 constexpr nanoseconds kOpenDeadline = std::chrono::seconds(3);
+/// How long a wait on one board goes on before the others are looked at.
+constexpr nanoseconds kGlance = std::chrono::milliseconds(10);
 /// Boards that go within it have one cause.
 constexpr nanoseconds kTogether = std::chrono::milliseconds(10);
 constexpr nanoseconds kBetweenTries = std::chrono::milliseconds(50);
@@ -80,6 +82,8 @@ class UsbRangeRing final : public RangeRing {
   [[nodiscard]] Status CheckRate(Hertz level_rate) const;
   [[nodiscard]] Status CheckMemory() const;
   Status StartBoards(Hertz level_rate);
+  /// Waits until the board has a frame or the deadline is over.
+  Status Await(UsbBoardLink& link, nanoseconds deadline);
   Result<RingLevel> Assemble();
   [[nodiscard]] Status CheckAllSpoke() const;
   /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
@@ -148,7 +152,12 @@ Status UsbRangeRing::Start(Hertz level_rate) {
 
 Status UsbRangeRing::StartBoards(Hertz level_rate) {
   const auto rate = EncodeLevelRate(static_cast<std::uint32_t>(std::lround(level_rate.value() * 1000.0)));
-  for (UsbBoardLink& link : links_) {
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    UsbBoardLink& link = links_[board];
+    // What a board still had of an earlier run, if only in its USB controller, comes first: its stamps are too old.
+    const auto clock = ReadClock(board);
+    if (!clock) return Fail(clock);
+    link.IgnoreBefore(clock->device_time);
     RETURN_IF_ERROR(link.Order(BoardRequest::kArm, rate, options_.control_timeout, "arm "));
     for (std::size_t i = 0; i < options_.transfers_per_board; ++i) RETURN_IF_ERROR(link.Submit());
   }
@@ -158,10 +167,7 @@ Status UsbRangeRing::StartBoards(Hertz level_rate) {
 Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
   RETURN_IF_ERROR(Gate("read a level of the ring", State::kStreaming));
   for (UsbBoardLink& link : links_) {
-    if (const Status awaited = link.Await(deadline); !awaited) {
-      state_ = State::kFailed;
-      return Explain(link, awaited);
-    }
+    RETURN_IF_ERROR(Await(link, deadline));
   }
   CountFrames();
   if (const Status spoke = CheckAllSpoke(); !spoke) {
@@ -171,7 +177,24 @@ Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
   return Assemble();
 }
 
+/// A wait on one board looks at the others now and then: when the board that drives SYNC goes, all others fall silent,
+/// and the cause lies with a board whose frame of this level is there.
+Status UsbRangeRing::Await(UsbBoardLink& link, nanoseconds deadline) {
+  while (!link.has_frame()) {
+    if (const Status awaited = link.Await(std::min(deadline, clock_.Now() + kGlance)); !awaited) {
+      return Explain(link, awaited);
+    }
+    if (link.has_frame()) break;
+    for (UsbBoardLink& other : links_) {
+      if (const Status collected = other.Collect(); !collected) return Explain(other, collected);
+    }
+    if (clock_.Now() >= deadline) break;
+  }
+  return {};
+}
+
 tl::unexpected<Error> UsbRangeRing::Explain(const UsbBoardLink& failed, const Status& failure) {
+  state_ = State::kFailed;
   CountFrames();
   if (!failed.gone()) return Fail(failure);
   clock_.SleepUntil(clock_.Now() + kTogether);
