@@ -57,6 +57,18 @@ nanoseconds RingBoardModel::DeviceTime(nanoseconds time) const {
   return clock_offset_ + time + nanoseconds(std::llround(static_cast<double>(time.count()) * clock_drift_));
 }
 
+void RingBoardModel::UnplugAt(nanoseconds time) {
+  unplug_time_ = time;
+  if (drives_sync_) sync_.stop = std::min(sync_.stop, time);
+}
+
+void RingBoardModel::PlugIn() {
+  ENSURE(in_flight() == 0, "the transfers of the unplugged board have been collected");
+  unplug_time_.reset();
+  armed_ = drives_sync_ = false;
+  fifo_.clear();
+}
+
 std::uint64_t RingBoardModel::FrameBits(std::uint32_t sequence, std::uint64_t purpose) const {
   const std::uint64_t frame = static_cast<std::uint64_t>(runs_) << 32 | sequence;
   return MixSeed(MixSeed(options_.seed, purpose), frame);
@@ -148,7 +160,7 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
       // The period is counted on this board's own crystal; the first edge comes one period after the order.
       sync_.period_ns = 1e12 / level_rate_mhz_ / (1.0 + clock_drift_);
       sync_.start = *taken + nanoseconds(std::llround(sync_.period_ns));
-      sync_.stop = nanoseconds::max();
+      sync_.stop = unplug_time_.value_or(nanoseconds::max());
       ++sync_.run;
       drives_sync_ = true;
       return {};

@@ -61,7 +61,9 @@ class RingBoardModel final : public UsbPort {
   /// Frames lost in the board because the host did not fetch them.
   [[nodiscard]] std::uint64_t dropped_frames() const { return dropped_frames_; }
   /// Pulls the plug at a time: transfers in flight end with kNoDevice, and nothing answers after.
-  void UnplugAt(std::chrono::nanoseconds time) { unplug_time_ = time; }
+  void UnplugAt(std::chrono::nanoseconds time);
+  /// Plugs it in again, as a board that has just started. What was in flight must have been collected.
+  void PlugIn();
 
  private:
   struct Transfer {
