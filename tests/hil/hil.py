@@ -2,7 +2,7 @@
 """Drivers on a real Linux kernel: boots Debian's kernel in QEMU and runs the contract suites in it.
 
 usage: hil.py --build BUILD_DIR [--filter PATTERN] [--verbose] [SUITE…]     example: hil.py --build build/release can usb
-       SUITE: can canfd usb gpio modbus all (default); `short` is can usb
+       SUITE: can canfd usb gpio modbus all (default); `short` is can and usb with shorter plans
 
 Prints a table and `N passed, N failed`; exit 0 if none failed. Serial logs are left in build/hil/. The kernel is downloaded once
 into build/hil/cache, or the folder that ANNULUS_HIL_CACHE names. docs/developer.md, "Drivers on a real kernel".
@@ -80,14 +80,15 @@ def run_suite(name, suite, machine_files, options):
             devices = ["-chardev", f"socket,id=requests,path={folder}/requests", "-device", "pci-serial,chardev=requests",
                        *suite.devices, *peer.devices()]
             parameters = {"hil": name, "hil_filter": options.filter or suite.pattern, "hil_seconds": suite.seconds,
-                          "hil_udev": int(suite.udev)}
+                          "hil_udev": int(suite.udev), "hil_long": int(options.suites != ["short"])}
             lines, how = boot(vmlinux, initramfs, parameters, devices, log_path, suite.seconds + 60, peer.booted)
         finally:
             peer.close()
             requests.close()
     passed, bad, skipped = count(lines)
+    warned = any("HIL: the kernel complains" in line for line in lines)
     verdict = next((m for line in lines if (m := VERDICT.search(line))), None)
-    notes = [f"{skipped} skipped"] if skipped else []
+    notes = ([f"{skipped} skipped"] if skipped else []) + (["kernel warnings in its log"] if warned else [])
     failed = len(bad)
     if verdict is None:
         notes.append(how or "the machine ended without a verdict")

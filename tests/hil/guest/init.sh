@@ -2,7 +2,7 @@
 # shellcheck shell=sh
 # First program of the guest: mounts, loads the suite's drivers, runs the suite, says the verdict, switches off.
 # The kernel hands `hil=SUITE`, `hil_filter=PATTERN` … of its command line on as environment variables.
-: "${hil:?}" "${hil_filter:?}" "${hil_seconds:?}" "${hil_udev:?}"
+: "${hil:?}" "${hil_filter:?}" "${hil_seconds:?}" "${hil_udev:?}" "${hil_long:?}"
 /bin/busybox mkdir -p /bin /sbin /usr/bin /usr/sbin
 /bin/busybox --install -s /bin
 export PATH=/hil:/bin:/sbin LD_LIBRARY_PATH=/lib/x86_64-linux-gnu:/usr/lib/x86_64-linux-gnu
@@ -24,6 +24,7 @@ done <"/hil/$hil.modules"
 [ "$hil_udev" = 1 ] && udevadm settle --timeout=20
 
 echo "HIL: start $hil at $(cut -d' ' -f1 /proc/uptime) s, kernel $(uname -r)"
+[ "$hil_long" = 1 ] && export ANNULUS_LONG=1
 timeout -s KILL "$hil_seconds" /hil/hil_guest --gtest_filter="$hil_filter" --gtest_color=no </dev/null
 status=$?
 if dmesg | grep -qE 'BUG:|Oops|WARNING:|Call Trace:'; then

@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -42,6 +43,8 @@ int OpenRequestPort() {
 }
 
 }  // namespace
+
+bool IsLongRun() { return std::getenv("ANNULUS_LONG") != nullptr; }
 
 std::string Shell(const std::string& command) {
   std::string output;

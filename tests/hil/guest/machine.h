@@ -4,6 +4,9 @@
 
 namespace annulus::hil {
 
+/// Whether the long plans are to run (ANNULUS_LONG).
+[[nodiscard]] bool IsLongRun();
+
 /// Runs a shell command in the guest; its output. A failing command fails the test, naming it.
 std::string Shell(const std::string& command);
 /// Runs iproute2's `ip` with these arguments, as Shell. By its full path: the guest's shell prefers busybox's own,
