@@ -13,10 +13,10 @@ constexpr std::uint64_t kMostAddedBytes = 64;
 }  // namespace
 
 FaultyUsbPort::FaultyUsbPort(UsbPort& port, const UsbFaultPlan& plan)
-    : port_(port), plan_(plan), log_(own_log_), random_(plan.seed) {}
+    : port_(port), plan_(plan), log_(own_log_), random_(plan.seed), carried_(plan.stale) {}
 
 FaultyUsbPort::FaultyUsbPort(std::unique_ptr<UsbPort> port, const UsbFaultPlan& plan, UsbFaultLog& log)
-    : owned_(std::move(port)), port_(*owned_), plan_(plan), log_(log), random_(plan.seed) {}
+    : owned_(std::move(port)), port_(*owned_), plan_(plan), log_(log), random_(plan.seed), carried_(plan.stale) {}
 
 double FaultyUsbPort::Unit() { return UnitFromBits(random_()); }
 

@@ -24,6 +24,7 @@ struct UsbFaultPlan {
   bool stall_stays = false;    ///< ClearHalt succeeds, and does not help.
   std::optional<std::uint64_t> no_memory_at;  ///< Number of the submit that fails with kNoMemory, 0 first.
   double cancel_completes_share = 0.0;        ///< Cancelled transfers that end kCompleted with what came last.
+  std::vector<std::byte> stale;               ///< Comes before the first data: left over in the board's controller.
   /// How transfers end at an unplug: as the system may do it (HIL.md names all three).
   enum class UnplugEnding { kNoDevice, kError, kCompleted, kAny };
   UnplugEnding unplug_ending = UnplugEnding::kNoDevice;

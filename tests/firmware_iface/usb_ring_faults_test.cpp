@@ -411,6 +411,24 @@ TEST_F(UsbRangeRingFaults, B10_ABoardOnASpareSocketIsTakenWhereItIs) {
   ASSERT_TRUE(Read(5));
 }
 
+TEST_F(UsbRangeRingFaults, AFrameThatABoardStillHadOfAnEarlierRunIsNotBelieved) {
+  OpenAndStart();
+  ASSERT_TRUE(Read(3));
+  // What the controller of a board still holds comes before anything of the new run. Sequence 0, with a wrong range.
+  LevelFrame stale;
+  stale.board_serial = 1009;
+  stale.device_time = booth_.board(8).DeviceTime(Now());
+  stale.range_um.fill(123'000);
+  ASSERT_TRUE(ring_->Stop());
+  const auto bytes = EncodeLevelFrame(stale);
+  plans_[8].stale.assign(bytes.begin(), bytes.end());
+  ring_.reset();
+  OpenAndStart();
+  ASSERT_TRUE(Read(10));
+  EXPECT_EQ(missing_ + false_samples_, 0U);
+  EXPECT_EQ(ring_->counters().duplicate_frames, 1U);
+}
+
 TEST_F(UsbRangeRingFaults, UnpluggedInMidTransferAThousandTimesItNeitherLeaksNorHangs) {
   std::mt19937_64 random(11);
   for (std::size_t i = 0; i < Booth::kBoards; ++i) {
