@@ -56,9 +56,11 @@ FaultyModbusLink::FaultyModbusLink(ModbusLink& device, Clock& clock, ModbusNumbe
 
 std::size_t FaultyModbusLink::Thaw() {
   frozen_ = false;
+  thaw_at_.reset();
   const std::size_t count = held_.size();
-  for (const ModbusRequest& request : std::exchange(held_, {})) {
-    static_cast<void>(device_.Transact(request, kPatience));
+  for (const Held& held : std::exchange(held_, {})) {
+    ModbusReply reply = device_.Transact(held.request, kPatience);
+    if (open_) PutOnWire(clock_.Now(), held.number, std::move(reply));
   }
   return count;
 }
@@ -75,7 +77,7 @@ ModbusReply FaultyModbusLink::Transact(const ModbusRequest& request, nanoseconds
   ++transactions_;
   ++number_;
   if (frozen_) {
-    held_.push_back(request);
+    held_.push_back({number_, request});
   } else {
     Send(request, timeout);
   }
@@ -96,15 +98,22 @@ void FaultyModbusLink::Send(const ModbusRequest& request, nanoseconds timeout) {
   }
   // What was stuck comes together with this reply, and before it.
   for (OnWire& stuck : std::exchange(stuck_, {})) {
-    wire_.push_back({clock_.Now() + fate.delay, stuck.number, std::move(stuck.reply)});
+    PutOnWire(clock_.Now() + fate.delay, stuck.number, std::move(stuck.reply));
   }
-  for (int copy = 0; copy < fate.copies; ++copy) {
-    wire_.push_back({clock_.Now() + fate.delay * (copy + 1), number_, reply});
-  }
-  std::stable_sort(wire_.begin(), wire_.end(), [](const OnWire& a, const OnWire& b) { return a.arrival < b.arrival; });
+  for (int copy = 0; copy < fate.copies; ++copy) PutOnWire(clock_.Now() + fate.delay * (copy + 1), number_, reply);
+}
+
+void FaultyModbusLink::PutOnWire(nanoseconds arrival, std::uint64_t number, ModbusReply reply) {
+  const auto later = std::upper_bound(wire_.begin(), wire_.end(), arrival,
+                                      [](nanoseconds time, const OnWire& other) { return time < other.arrival; });
+  wire_.insert(later, {arrival, number, std::move(reply)});
 }
 
 ModbusReply FaultyModbusLink::Receive(nanoseconds deadline) {
+  if (frozen_ && thaw_at_ && *thaw_at_ <= deadline) {
+    clock_.SleepUntil(*thaw_at_);
+    static_cast<void>(Thaw());
+  }
   if (wire_.empty() || wire_.front().arrival > deadline) {
     clock_.SleepUntil(deadline);
     return Failure(ModbusFault::kTimeout);

@@ -56,6 +56,11 @@ class FaultyModbusLink final : public ModbusLink {
   void SetPlan(ModbusFatePlan plan) { plan_ = std::move(plan); }
   /// From now on the peer stands still: requests queue up in front of it, and nothing is answered.
   void Freeze() { frozen_ = true; }
+  /// The same until `time`, if somebody waits for a reply then; otherwise until Thaw.
+  void FreezeUntil(std::chrono::nanoseconds time) {
+    frozen_ = true;
+    thaw_at_ = time;
+  }
   /// The peer goes on and carries out at once all that has queued up. Returns how much that was.
   std::size_t Thaw();
   /// The cable or adapter is gone: everything fails, opening again too, until Plug.
@@ -77,7 +82,12 @@ class FaultyModbusLink final : public ModbusLink {
     std::uint64_t number = 0;
     ModbusReply reply;
   };
+  struct Held {
+    std::uint64_t number = 0;
+    ModbusRequest request;
+  };
   void Send(const ModbusRequest& request, std::chrono::nanoseconds timeout);
+  void PutOnWire(std::chrono::nanoseconds arrival, std::uint64_t number, ModbusReply reply);
   ModbusReply Receive(std::chrono::nanoseconds deadline);
 
   ModbusLink& device_;
@@ -91,7 +101,8 @@ class FaultyModbusLink final : public ModbusLink {
   std::uint64_t number_ = 0;
   std::deque<OnWire> wire_;  ///< By arrival.
   std::vector<OnWire> stuck_;
-  std::vector<ModbusRequest> held_;
+  std::vector<Held> held_;
+  std::optional<std::chrono::nanoseconds> thaw_at_;
 };
 
 }  // namespace annulus::sim

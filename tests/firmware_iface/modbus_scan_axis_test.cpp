@@ -184,8 +184,7 @@ TEST(ModbusScanAxis, AllowsOneUnansweredReadAndFailsAtTheSecond) {
 }
 
 TEST(ModbusScanAxis, IsSilentForTheQuietTimeAfterAnyError) {
-  const ModbusFate errors[] = {
-      {.copies = 0}, {.damaged = true}, {.exception = std::uint8_t{6}}, {.missing = 1}};
+  const ModbusFate errors[] = {{.copies = 0}, {.damaged = true}, {.exception = std::uint8_t{6}}, {.missing = 1}};
   for (const ModbusFate& error : errors) {
     ManualClock clock;
     sim::AxisDriveModel drive(HonestDrive(), clock);
