@@ -63,8 +63,8 @@ class RingBoardCore {
 
   /// The board's clock at a time.
   [[nodiscard]] std::chrono::nanoseconds DeviceTime(std::chrono::nanoseconds time) const;
-  /// A period that the board counts on its own crystal, in true ns.
-  [[nodiscard]] double PeriodNs(std::uint32_t rate_mhz) const { return 1e12 / rate_mhz / (1.0 + clock_drift_); }
+  /// A time that the board counts on its own crystal, in true ns.
+  [[nodiscard]] double CrystalNs(double counted_ns) const { return counted_ns / (1.0 + clock_drift_); }
   /// A new run has other noise than those before.
   void StartRun() { ++runs_; }
   /// When the sensors fire for an edge of SYNC.

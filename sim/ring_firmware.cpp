@@ -110,7 +110,7 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
     case BoardRequest::kStartSync:
       if (!armed_) return FailWith(UsbStatus::kStall);
       // The period is counted on this board's own crystal; the first edge comes one period after the order.
-      sync_.period_ns = core_.PeriodNs(level_rate_mhz_);
+      sync_.period_ns = core_.CrystalNs(1e12 / level_rate_mhz_);
       sync_.start = *taken + nanoseconds(std::llround(sync_.period_ns));
       sync_.stop = nanoseconds::max();
       ++sync_.run;
