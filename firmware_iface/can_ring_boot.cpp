@@ -53,6 +53,7 @@ class Boot {
 
  private:
   [[nodiscard]] bool AllBooted() const;
+  [[nodiscard]] std::string NameOfSilent(NodeId node) const;
   Status ReadSerials();
   Status Identify(CanRingBoard& one);
   Status Configure(const CanRingBoard& one);
@@ -114,7 +115,7 @@ Status Boot::CheckNodeIds() {
       at.push_back(buses_[bus].name());
       if (at.size() == 1) boards_.push_back({{}, {}, bus, node, false});
     }
-    if (at.empty()) silent.push_back(std::to_string(node));
+    if (at.empty()) silent.push_back(NameOfSilent(node));
     if (at.size() > 1) {
       return Fail("boot the ring's boards", "node id " + std::to_string(node) + " is used on " + List(at),
                   "give each board of the ring its own node id");
@@ -126,9 +127,17 @@ Status Boot::CheckNodeIds() {
   for (const CanRingBoard& one : boards_) found.insert(one.board.serial);
   const auto waited_ms = options_.boot_deadline / milliseconds(1);
   return Fail("boot the ring's boards",
-              "node " + List(silent) + " is not ready: silent for " + std::to_string(waited_ms) + " ms from power-up" +
+              List(silent) + " is not ready: silent for " + std::to_string(waited_ms) + " ms from power-up" +
                   MissingSerials(options_, found),
               "check the supply, cable, node id and bit rate of these boards, then start again");
+}
+
+/// The board that had this node id before, or the id alone.
+std::string Boot::NameOfSilent(NodeId node) const {
+  for (const CanRingBus& bus : buses_) {
+    if (bus.KnowsName(node)) return bus.NodeName(node);
+  }
+  return "node " + std::to_string(node);
 }
 
 /// Asks each node for its serial number, then listens whether another board answers under the same node id.
@@ -138,7 +147,8 @@ Status Boot::ReadSerials() {
     if (!serial) return Fail(serial);
     one.board.serial = *serial;
   }
-  for (CanRingBus& bus : buses_) bus.Collect(clock_.Now() + kSecondAnswerTime);
+  const nanoseconds listened = clock_.Now() + kSecondAnswerTime;
+  for (CanRingBus& bus : buses_) bus.Collect(listened);
   for (const CanRingBoard& one : boards_) {
     const auto& serials = buses_[one.bus].nodes().at(one.node).serials;
     if (serials.size() <= 1) continue;
@@ -161,6 +171,8 @@ Status Boot::IdentifyAll() {
     bus.SetNodeName(one.node, BoardName(one.board));
     CanNode& node = bus.nodes().at(one.node);
     node.serial = one.board.serial;
+    // Beats are due from here on.
+    node.last_heard = clock_.Now();
     node.levels = CanLevelAssembler(one.node, one.board.serial);
   }
   return {};

@@ -159,7 +159,8 @@ void CanRingBus::TakeHeartbeat(const Heartbeat& beat, nanoseconds host_time) {
   CanNode& node = nodes_.at(beat.node);
   if (beat.state == NmtState::kBootUp) {
     ++node.boots;
-    if (node.state == CanNodeState::kOperational) {
+    // Once identified, a board that boots has lost what it was told.
+    if (node.serial != 0) {
       RaiseFault("read " + NodeName(beat.node), "it restarted",
                  "check the board's supply and cable, then open the ring again");
     }

@@ -66,6 +66,7 @@ class CanRingBus {
   /// How a board is called in messages, once it is known.
   void SetNodeName(NodeId node, std::string name) { node_names_[node] = std::move(name); }
   [[nodiscard]] std::string NodeName(NodeId node) const;
+  [[nodiscard]] bool KnowsName(NodeId node) const { return node_names_.count(node) != 0; }
 
   /// Sends; a full queue is tried again for 20 ms, in which frames are collected. A failure is a fault too.
   Status Send(const CanFrame& frame, const std::string& attempted);

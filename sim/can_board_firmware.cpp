@@ -64,14 +64,16 @@ void CanBoardModel::Boot(nanoseconds delay, nanoseconds time) {
   events_.emplace(time + delay, boot);
 }
 
-void CanBoardModel::PowerOffAt(nanoseconds time, std::optional<nanoseconds> back) {
+void CanBoardModel::PowerOffAt(nanoseconds time) {
   Event off;
   off.what = What::kOff;
   events_.emplace(time, off);
-  if (!back) return;
+}
+
+void CanBoardModel::PowerOnAt(nanoseconds time) {
   Event on;
   on.what = What::kOn;
-  events_.emplace(*back, on);
+  events_.emplace(time, on);
 }
 
 void CanBoardModel::EmergencyAt(nanoseconds time, std::uint16_t code) {

@@ -37,8 +37,9 @@ class CanBoardModel final : public CanStation {
   void Act(std::chrono::nanoseconds time) override;
   std::vector<CanFrame> TakeFrames() override;
 
-  /// The board loses its power at a time, for good or until `back`.
-  void PowerOffAt(std::chrono::nanoseconds time, std::optional<std::chrono::nanoseconds> back = std::nullopt);
+  /// The board loses its power at a time, or gets it again.
+  void PowerOffAt(std::chrono::nanoseconds time);
+  void PowerOnAt(std::chrono::nanoseconds time);
   /// Sends an emergency message at a time.
   void EmergencyAt(std::chrono::nanoseconds time, std::uint16_t code);
   /// The emitters' power is outside its limits from now on: status of each level.

@@ -10,6 +10,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+constexpr nanoseconds kLongestHold = std::chrono::milliseconds(2);
+
 tl::unexpected<CanFailure> FailWith(CanFault fault) { return tl::unexpected<CanFailure>(CanFailure{fault, "by plan"}); }
 
 }  // namespace
@@ -89,6 +91,7 @@ std::optional<nanoseconds> FaultyCanBus::NextScheduled() const {
     if (flood.next < flood.to) consider(flood.next);
   }
   if (broken_ && broken_->from > clock_.Now()) consider(broken_->from);
+  for (const Held& held : held_) consider(held.latest);
   return next;
 }
 
@@ -108,8 +111,14 @@ std::optional<CanReception> FaultyCanBus::TakeScheduled(nanoseconds now) {
 }
 
 void FaultyCanBus::ReleaseHeld() {
-  for (const Held& held : held_) ready_.push_back(held.reception);
-  held_.clear();
+  for (auto held = held_.begin(); held != held_.end();) {
+    if (held->frames_to_pass > 0 && held->latest > clock_.Now()) {
+      ++held;
+      continue;
+    }
+    ready_.push_back(std::move(held->reception));
+    held = held_.erase(held);
+  }
 }
 
 void FaultyCanBus::Pass(CanReception reception) {
@@ -127,27 +136,21 @@ void FaultyCanBus::Pass(CanReception reception) {
     ++log_.lost;
   } else if (happens(faults_.displace)) {
     ++log_.displaced;
-    held_.push_back({distance(), std::move(reception)});
+    held_.push_back({distance(), clock_.Now() + kLongestHold, std::move(reception)});
   } else {
     if (happens(faults_.repeat)) {
       ++log_.repeated;
-      held_.push_back({distance(), reception});
+      held_.push_back({distance(), clock_.Now() + kLongestHold, reception});
     }
     ready_.push_back(std::move(reception));
   }
-  for (auto held = held_.begin(); held != held_.end();) {
-    if (held->frames_to_pass > 0) {
-      ++held;
-      continue;
-    }
-    ready_.push_back(std::move(held->reception));
-    held = held_.erase(held);
-  }
+  ReleaseHeld();
 }
 
 CanResult<std::optional<CanReception>> FaultyCanBus::Receive(nanoseconds deadline) {
   while (true) {
     if (const auto fault = Broken()) return FailWith(*fault);
+    ReleaseHeld();
     if (!ready_.empty()) {
       std::optional<CanReception> first(std::move(ready_.front()));
       ready_.pop_front();
@@ -161,10 +164,8 @@ CanResult<std::optional<CanReception>> FaultyCanBus::Receive(nanoseconds deadlin
     if (*received) {
       if (std::holds_alternative<CanReport>((*received)->what)) return received;
       Pass(std::move(**received));
-    } else if (clock_.Now() >= deadline) {
-      // Nothing more comes that what is held back could come after.
-      if (held_.empty() || deadline <= nanoseconds(0)) return received;
-      ReleaseHeld();
+    } else if (clock_.Now() >= deadline && ready_.empty()) {
+      return received;
     }
   }
 }

@@ -80,6 +80,7 @@ class FaultyCanBus final : public CanBus {
   };
   struct Held {
     std::size_t frames_to_pass = 0;
+    std::chrono::nanoseconds latest{0};  ///< Comes then though too few frames have passed.
     CanReception reception;
   };
 
@@ -88,6 +89,7 @@ class FaultyCanBus final : public CanBus {
   [[nodiscard]] std::optional<std::chrono::nanoseconds> NextScheduled() const;
   /// Lets one frame through the faults; what comes out now stands in ready_.
   void Pass(CanReception reception);
+  /// Moves what has waited long enough to ready_.
   void ReleaseHeld();
 
   CanBus& bus_;
