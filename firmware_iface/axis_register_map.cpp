@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <initializer_list>
 #include <utility>
 
 namespace annulus {
@@ -41,8 +43,121 @@ constexpr std::array<FaultText, 7> kFaultTexts{{
     {0x8612, "a target beyond the soft limits; correct the scan plan"},
 }};
 
-std::uint16_t Span(std::pair<std::uint16_t, std::uint16_t> low_high) {
-  return static_cast<std::uint16_t>(low_high.second - low_high.first + 1);
+using Map = AxisRegisterMap;
+
+constexpr std::array<AxisRegisterField, 22> kRegisterFields{{
+    {"counter", &Map::counter, 1, true},
+    {"control_word", &Map::control_word, 1, true},
+    {"mode", &Map::mode, 1, true},
+    {"target_position", &Map::target_position, 2, true},
+    {"profile_speed", &Map::profile_speed, 2, true},
+    {"profile_acceleration", &Map::profile_acceleration, 2, true},
+    {"echo", &Map::echo, 1, true},
+    {"status_word", &Map::status_word, 1, true},
+    {"fault_code", &Map::fault_code, 1, true},
+    {"position", &Map::position, 2, true},
+    {"drive_time", &Map::drive_time, 2, false},
+    {"flags", &Map::flags, 1, false},
+    {"protocol_version", &Map::protocol_version, 1, false},
+    {"firmware_version", &Map::firmware_version, 1, false},
+    {"serial", &Map::serial, 2, false},
+    {"z_min", &Map::z_min, 2, false},
+    {"z_max", &Map::z_max, 2, false},
+    {"max_speed", &Map::max_speed, 2, false},
+    {"max_acceleration", &Map::max_acceleration, 2, false},
+    {"heartbeat_timeout", &Map::heartbeat_timeout, 1, false},
+    {"start_window", &Map::start_window, 1, false},
+    {"parameter_crc", &Map::parameter_crc, 2, false},
+}};
+constexpr std::size_t kFirstStatus = 6;     ///< Index of `echo`.
+constexpr std::size_t kFirstIdentity = 12;  ///< Index of `protocol_version`.
+
+constexpr std::array<AxisScaleField, 8> kScaleFields{{
+    {"units_per_mm", &Map::units_per_mm},
+    {"units_per_mm_s", &Map::units_per_mm_s},
+    {"units_per_mm_s2", &Map::units_per_mm_s2},
+    {"declared_z_min_mm", &Map::declared_z_min_mm},
+    {"declared_z_max_mm", &Map::declared_z_max_mm},
+    {"declared_max_speed_mm_s", &Map::declared_max_speed_mm_s},
+    {"declared_max_acceleration_mm_s2", &Map::declared_max_acceleration_mm_s2},
+    {"declared_heartbeat_ms", &Map::declared_heartbeat_ms},
+}};
+
+/// The shortest block that holds the fields that are there.
+Map::Block BlockOf(const Map& map, std::initializer_list<std::span<const AxisRegisterField>> groups) {
+  int low = kNoRegister;
+  int high = -1;
+  for (const auto& group : groups) {
+    for (const AxisRegisterField& field : group) {
+      const int address = map.*field.address;
+      if (address == kNoRegister) continue;
+      low = std::min(low, address);
+      high = std::max(high, address + field.registers - 1);
+    }
+  }
+  if (high < low) return {};
+  return {static_cast<std::uint16_t>(low), static_cast<std::uint16_t>(high - low + 1)};
+}
+
+std::span<const AxisRegisterField> Fields(std::size_t from, std::size_t to) {
+  return std::span(kRegisterFields).subspan(from, to - from);
+}
+
+tl::unexpected<Error> Refuse(const std::string& seen, const char* advice) {
+  return Fail("check the axis' register map", seen, advice);
+}
+
+/// No two fields of the same block share a register; a scratch register may serve as counter and as echo.
+Status CheckOverlap(const Map& map, std::span<const AxisRegisterField> fields) {
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const int first = map.*fields[i].address;
+    if (first == kNoRegister) continue;
+    for (std::size_t j = i + 1; j < fields.size(); ++j) {
+      const int second = map.*fields[j].address;
+      if (second == kNoRegister) continue;
+      if (first < second + fields[j].registers && second < first + fields[i].registers) {
+        return Refuse(std::string(fields[i].name) + " and " + fields[j].name + " share a register",
+                      "correct their addresses");
+      }
+    }
+  }
+  return {};
+}
+
+Status CheckAddresses(const Map& map) {
+  for (const AxisRegisterField& field : kRegisterFields) {
+    const int address = map.*field.address;
+    if (address == kNoRegister && field.required) {
+      return Refuse(std::string(field.name) + " has no register", "no axis works without it: name its address");
+    }
+    if (address != kNoRegister && address + field.registers > kNoRegister) {
+      return Refuse(std::string(field.name) + " ends beyond register 65534", "correct its address");
+    }
+  }
+  RETURN_IF_ERROR(CheckOverlap(map, Fields(0, kFirstStatus)));
+  return CheckOverlap(map, Fields(kFirstStatus, kRegisterFields.size()));
+}
+
+Status CheckScales(const Map& map) {
+  for (const AxisScaleField& field : kScaleFields) {
+    const double value = map.*field.value;
+    if (!std::isfinite(value)) return Refuse(std::string(field.name) + " is no number", "correct it");
+  }
+  for (const AxisScaleField& field : std::span(kScaleFields).first(3)) {
+    if (!(map.*field.value > 0.0)) return Refuse(std::string(field.name) + " is not above 0", "correct it");
+  }
+  if (map.counter_registers != 1 && map.counter_registers != 2) {
+    return Refuse("counter_registers is " + std::to_string(map.counter_registers), "set it to 1 or 2");
+  }
+  if (map.counter_registers == 2) {
+    for (const AxisRegisterField& field : Fields(1, kFirstStatus)) {
+      const int behind = map.counter + 1 - map.*field.address;
+      if (behind >= 0 && behind < field.registers) {
+        return Refuse(std::string(field.name) + " lies in the counter's second register", "correct its address");
+      }
+    }
+  }
+  return {};
 }
 
 }  // namespace
@@ -96,48 +211,39 @@ std::string AxisFaultText(std::uint16_t fault_code) {
   return text + ", see the drive's manual";
 }
 
+std::span<const AxisRegisterField> AxisRegisterFields() { return kRegisterFields; }
+
+std::span<const AxisScaleField> AxisScaleFields() { return kScaleFields; }
+
 AxisRegisterMap::Block AxisRegisterMap::CommandBlock() const {
-  const auto [low, high] =
-      std::minmax({counter, control_word, mode, target_position, static_cast<std::uint16_t>(target_position + 1),
-                   profile_speed, static_cast<std::uint16_t>(profile_speed + 1), profile_acceleration,
-                   static_cast<std::uint16_t>(profile_acceleration + 1)});
-  return {low, Span({low, high})};
+  Block block = BlockOf(*this, {Fields(0, kFirstStatus)});
+  // A reading writes from the counter on: the block holds that, too.
+  block.count = static_cast<std::uint16_t>(std::max<int>(block.count, counter + counter_registers - block.address));
+  return block;
 }
 
 AxisRegisterMap::Block AxisRegisterMap::StatusBlock() const {
-  const auto last = [](std::uint16_t address) { return static_cast<std::uint16_t>(address + 1); };
-  const auto [low, high] =
-      std::minmax({echo, status_word, fault_code, position, last(position), drive_time, last(drive_time), flags});
-  return {low, Span({low, high})};
+  return BlockOf(*this, {Fields(kFirstStatus, kFirstIdentity)});
 }
 
 AxisRegisterMap::Block AxisRegisterMap::IdentityBlock() const {
-  const auto last = [](std::uint16_t address) { return static_cast<std::uint16_t>(address + 1); };
-  const auto [low, high] = std::minmax({echo, protocol_version, firmware_version, serial, last(serial), z_min,
-                                        last(z_min), z_max, last(z_max), max_speed, last(max_speed), max_acceleration,
-                                        last(max_acceleration), heartbeat_timeout});
-  return {low, Span({low, high})};
+  return BlockOf(*this, {Fields(kFirstStatus, kFirstStatus + 1), Fields(kFirstIdentity, kRegisterFields.size())});
 }
 
 Status CheckRegisterMap(const AxisRegisterMap& map) {
   constexpr std::uint16_t kMostWritten = 121;
   constexpr std::uint16_t kMostRead = 125;
-  const auto refuse = [](const char* block, std::uint16_t count, std::uint16_t most) {
-    return Fail("check the axis' register map",
-                std::string(block) + " registers span " + std::to_string(count) + ", one transaction carries " +
-                    std::to_string(most),
-                "map them closer together in the drive");
+  RETURN_IF_ERROR(CheckScales(map));
+  RETURN_IF_ERROR(CheckAddresses(map));
+  const auto check = [](const char* block, std::uint16_t count, std::uint16_t most) -> Status {
+    if (count <= most) return {};
+    return Refuse(std::string(block) + " registers span " + std::to_string(count) + ", one transaction carries " +
+                      std::to_string(most),
+                  "map them closer together in the drive");
   };
-  if (const std::uint16_t count = map.CommandBlock().count; count == 0 || count > kMostWritten) {
-    return refuse("command", count, kMostWritten);
-  }
-  if (const std::uint16_t count = map.StatusBlock().count; count == 0 || count > kMostRead) {
-    return refuse("status", count, kMostRead);
-  }
-  if (const std::uint16_t count = map.IdentityBlock().count; count == 0 || count > kMostRead) {
-    return refuse("identity", count, kMostRead);
-  }
-  return {};
+  RETURN_IF_ERROR(check("command", map.CommandBlock().count, kMostWritten));
+  RETURN_IF_ERROR(check("status", map.StatusBlock().count, kMostRead));
+  return check("identity", map.IdentityBlock().count, kMostRead);
 }
 
 }  // namespace annulus

@@ -1,15 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "base/result.h"
 
 namespace annulus {
 
-/// Where a drive keeps what we need: holding register addresses, 32-bit values high word first. Defaults: the
-/// simulated drive (docs/wire_protocol.md). The command registers must lie in one block, the status registers in
-/// another, because each is written or read in one transaction.
+/// Address of a value that a drive does not have.
+inline constexpr std::uint16_t kNoRegister = 0xFFFF;
+
+/// Which half of a 32-bit value lies at the lower address.
+enum class WordOrder { kHighFirst, kLowFirst };
+
+/// Where a drive keeps what we need: holding register addresses. Defaults: the simulated drive (docs/wire_protocol.md).
+/// The command registers must lie in one block, the status registers in another, because each is written or read in one
+/// transaction. Lengths, speeds and accelerations are whole numbers of the drive's units.
+///
+/// A drive that has no registers of ours: let `counter` be any register that it stores and never uses, and `echo` the
+/// same one in a block that it reads after writing. Without such a register it is refused when it is first spoken to.
 struct AxisRegisterMap {
   // Command block.
   std::uint16_t counter = 0x0000;               ///< u16; we add one per transaction, the drive watches that it changes.
@@ -24,10 +34,10 @@ struct AxisRegisterMap {
   std::uint16_t status_word = 0x0101;  ///< u16; 6041h.
   std::uint16_t fault_code = 0x0102;   ///< u16; 603Fh.
   std::uint16_t position = 0x0103;     ///< i32, um; 6064h.
-  std::uint16_t drive_time = 0x0105;   ///< u32, us; the drive's clock when it latched `position`; wraps.
-  std::uint16_t flags = 0x0107;        ///< u16; bit 0 homed, bit 1 moving.
+  std::uint16_t drive_time = 0x0105;   ///< u32, us; the drive's clock when it latched `position`; wraps. Or none.
+  std::uint16_t flags = 0x0107;        ///< u16; bit 0 homed, bit 1 moving. None: told from the status word.
 
-  // Status block, identity part.
+  // Status block, identity part. Each may be none: then the value below is taken, without a check.
   std::uint16_t protocol_version = 0x0108;   ///< u16.
   std::uint16_t firmware_version = 0x0109;   ///< u16; major in the high byte.
   std::uint16_t serial = 0x010A;             ///< u32.
@@ -36,6 +46,22 @@ struct AxisRegisterMap {
   std::uint16_t max_speed = 0x0110;          ///< u32, um/s; 607Fh.
   std::uint16_t max_acceleration = 0x0112;   ///< u32, um/s^2; 60C5h.
   std::uint16_t heartbeat_timeout = 0x0114;  ///< u16, ms; 0 is off.
+  std::uint16_t start_window = 0x0115;       ///< u16, ms; an order to move counts only so soon after the one before it.
+  std::uint16_t parameter_crc = 0x0116;      ///< u32; of everything that shapes a motion.
+
+  WordOrder word_order = WordOrder::kHighFirst;
+  /// Registers that a reading writes from `counter` on, the others as 0: 2 where a drive takes whole 32-bit objects.
+  std::uint16_t counter_registers = 1;
+  double units_per_mm = 1000.0;     ///< Of target, position and limits.
+  double units_per_mm_s = 1000.0;   ///< Of speeds.
+  double units_per_mm_s2 = 1000.0;  ///< Of accelerations.
+
+  // What the configuration says where the drive has no register for it.
+  double declared_z_min_mm = 0.0;
+  double declared_z_max_mm = 0.0;
+  double declared_max_speed_mm_s = 0.0;
+  double declared_max_acceleration_mm_s2 = 0.0;
+  double declared_heartbeat_ms = 0.0;  ///< After how long the drive stops without us, as measured; 0: it does not.
 
   /// Registers address … address + count - 1.
   struct Block {
@@ -49,6 +75,23 @@ struct AxisRegisterMap {
   /// The shortest block that holds the echo and the identity registers.
   [[nodiscard]] Block IdentityBlock() const;
 };
+
+/// One address of the map as configuration files and messages call it.
+struct AxisRegisterField {
+  const char* name;
+  std::uint16_t AxisRegisterMap::*address;
+  int registers;  ///< 1 or 2.
+  bool required;  ///< False: may be kNoRegister.
+};
+/// All addresses, in the order of the map.
+[[nodiscard]] std::span<const AxisRegisterField> AxisRegisterFields();
+
+/// One number of the map that is no address, as configuration files call it.
+struct AxisScaleField {
+  const char* name;
+  double AxisRegisterMap::*value;
+};
+[[nodiscard]] std::span<const AxisScaleField> AxisScaleFields();
 
 /// Bits of AxisRegisterMap::flags.
 inline constexpr std::uint16_t kAxisFlagHomed = 1U << 0;
@@ -102,7 +145,8 @@ enum class DriveState {
 /// What a fault code (603Fh) means and what to do about it, one line.
 [[nodiscard]] std::string AxisFaultText(std::uint16_t fault_code);
 
-/// Checks that command and status registers form blocks that one transaction can carry (121 and 125 registers).
+/// Checks that nothing overlaps, that what is needed is there, that scales are above 0, and that command and status
+/// registers form blocks that one transaction can carry (121 and 125 registers). The error names the field.
 Status CheckRegisterMap(const AxisRegisterMap& map);
 
 }  // namespace annulus

@@ -29,6 +29,9 @@ struct CanFrame {
   bool operator==(const CanFrame&) const = default;
 };
 
+/// Whether an FD frame can have this many bytes of data.
+[[nodiscard]] bool IsCanFdSize(std::size_t size);
+
 /// Fault confinement state of the controller (ISO 11898-1), or of its interface.
 enum class CanState { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kDown };
 [[nodiscard]] const char* CanStateText(CanState state);
@@ -96,6 +99,9 @@ class CanBus {
   [[nodiscard]] virtual std::uint64_t overflows() const = 0;
   /// Closes and binds anew to the interface of the same name: after kDown or kGone. Keeps nothing that was queued.
   virtual CanResult<void> Reopen() = 0;
+  /// Asks a controller that is bus-off and does not restart by itself (restart_ms 0) to join the bus again. It is back
+  /// when a report says so. May need privileges.
+  virtual CanResult<void> Restart() = 0;
 };
 
 /// Opens a SocketCAN interface with error frames on, FD frames where it takes them. The clock is borrowed and must be

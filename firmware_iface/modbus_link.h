@@ -56,33 +56,42 @@ class ModbusLink {
  public:
   virtual ~ModbusLink() = default;
 
-  /// Sends one request and waits for its reply, at most `timeout`. Never repeats a request by itself.
+  /// Sends one request and waits for its whole reply, at most `timeout`, however the bytes trickle in. Never repeats a
+  /// request by itself.
   virtual ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) = 0;
   /// Throws away whatever has arrived unasked. Used after the quiet time that follows an error.
   virtual void DiscardInput() = 0;
-  /// Closes the port or connection at once (TCP: by reset, so that nothing queued is delivered) and opens it anew,
-  /// under the name it was first opened by. After kLinkLost nothing else works.
+  /// Closes the port or connection at once (TCP: by reset, so that nothing queued is delivered). From now on, and after
+  /// any kLinkLost, everything but Reopen answers kLinkLost.
+  virtual void Close() = 0;
+  /// Closes, and opens anew under the name it was first opened by.
   virtual tl::expected<void, ModbusFailure> Reopen() = 0;
 };
 
 struct ModbusRtuOptions {
   std::string device;  ///< By a name that stays: /dev/serial/by-id/…
-  int baud = 115'200;
-  char parity = 'E';  ///< N, E or O.
-  int stop_bits = 1;
-  int unit = 1;
+  int baud = 115'200;  ///< 1200 … 921 600, as the kernel's termios knows them.
+  char parity = 'E';   ///< N, E or O.
+  int stop_bits = 1;   ///< 1 or 2.
+  int unit = 1;        ///< 1 … 247.
 };
 struct ModbusTcpOptions {
-  std::string host;
+  std::string host;  ///< IPv4 or IPv6 address in digits: how long a name server takes cannot be bounded.
   int port = 502;
-  int unit = 1;
+  int unit = 1;  ///< 0 … 255.
   std::chrono::nanoseconds connect_timeout = std::chrono::seconds(1);
 };
 
-/// Opens a serial port or a connection by libmodbus. The clock is borrowed and must be the host's.
+/// Opens a serial port or a connection by libmodbus. The clock is borrowed and must be the host's. Fails on options
+/// that make no sense, on a port that is missing, forbidden or in use under whatever name, on a host that does not
+/// answer.
 Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& options, Clock& clock);
 Result<std::unique_ptr<ModbusLink>> OpenModbusTcp(const ModbusTcpOptions& options, Clock& clock);
-/// Serial ports by the names that stay (/dev/serial/by-id), full paths; empty where there are none.
+/// Speaks Modbus TCP over a connected stream socket, which it owns from now on. Reopen fails. For peers that are no
+/// server with an address (a socket pair).
+Result<std::unique_ptr<ModbusLink>> AdoptModbusSocket(int socket, int unit);
+/// Serial ports by the names that stay (/dev/serial/by-id), full paths in alphabetical order; empty where there are
+/// none.
 [[nodiscard]] std::vector<std::string> ListSerialPorts();
 
 }  // namespace annulus

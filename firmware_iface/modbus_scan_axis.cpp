@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
-#include <vector>
 
-#include "base/ensure.h"
+#include "firmware_iface/drive_dialogue.h"
+#include "firmware_iface/drive_parameters.h"
 #include "firmware_iface/scan_axis.h"
 
 namespace annulus {
@@ -15,35 +16,15 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kStateDeadline = std::chrono::seconds(1);  ///< For one step of the power state machine.
 constexpr nanoseconds kQuickStopDeadline = std::chrono::milliseconds(500);
 constexpr nanoseconds kPollPause = std::chrono::milliseconds(5);
+constexpr nanoseconds kFirstPause = std::chrono::milliseconds(50);  ///< Between attempts to open a lost link.
+constexpr nanoseconds kLongestPause = std::chrono::seconds(2);
 /// A stop is safe to repeat, unlike a move.
 constexpr int kStopAttempts = 3;
-
-/// The registers of one answered transaction, by address.
-class RegisterBlock {
- public:
-  RegisterBlock(std::uint16_t address, std::vector<std::uint16_t> values)
-      : address_(address), values_(std::move(values)) {}
-
-  [[nodiscard]] std::uint16_t Word(std::uint16_t address) const { return values_.at(address - address_); }
-  [[nodiscard]] std::uint32_t Long(std::uint16_t address) const {
-    return static_cast<std::uint32_t>(Word(address)) << 16 | Word(static_cast<std::uint16_t>(address + 1));
-  }
-  /// A signed 32-bit value in thousandths.
-  [[nodiscard]] double SignedThousandths(std::uint16_t address) const {
-    return static_cast<std::int32_t>(Long(address)) / 1000.0;
-  }
-  [[nodiscard]] double Thousandths(std::uint16_t address) const { return Long(address) / 1000.0; }
-
- private:
-  std::uint16_t address_;
-  std::vector<std::uint16_t> values_;
-};
-
-struct Answer {
-  RegisterBlock registers;
-  nanoseconds host_before{0};
-  nanoseconds host_after{0};
-};
+/// Readings in a row that may fail before that is an error: of a silent drive, of one that says that it is busy.
+constexpr int kSilentReadings = 1;
+constexpr int kBusyReadings = 3;
+/// Between two readings, of a drive that does not tell whether it moves.
+constexpr double kStandstillMm = 0.02;
 
 const char* StateText(ScanAxis::State state) {
   switch (state) {
@@ -59,24 +40,39 @@ const char* StateText(ScanAxis::State state) {
   return "unknown";
 }
 
+/// What to do about a failed transaction.
+const char* Advice(const ModbusFailure& failure) {
+  if (failure.fault == ModbusFault::kLinkLost) return "check the cable, then open the axis anew and home it";
+  if (failure.fault != ModbusFault::kException) return "check the drive's supply and cable, then home the axis again";
+  if (failure.exception_code == 6) return "wait until the drive is ready, then try again";
+  if (failure.exception_code == 4) return "look at the drive's own display for the cause";
+  return "compare [axis] register_map with the drive's manual";
+}
+
+tl::unexpected<Error> Unanswered(const std::string& attempted, const ModbusFailure& failure) {
+  return Fail(attempted, ModbusFailureText(failure), Advice(failure));
+}
+
+/// The drive's bits of a number of its units; nothing if it has no room for it.
+std::optional<std::uint32_t> DriveUnits(double value, double units) {
+  const double scaled = value * units;
+  if (!(std::abs(scaled) <= std::numeric_limits<std::int32_t>::max())) return std::nullopt;
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::llround(scaled)));
+}
+
 class ModbusScanAxis final : public ScanAxis {
  public:
   ModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock, ModbusAxisOptions options)
-      : link_(link),
+      : dialogue_(link, map, clock, options),
         map_(map),
-        command_block_(map.CommandBlock()),
         status_block_(map.StatusBlock()),
         clock_(clock),
-        options_(options),
-        command_(command_block_.count, 0),
-        // Not always from 0: a reply to a program that ran a moment ago must not fit by chance.
-        counter_(
-            static_cast<std::uint16_t>(std::chrono::duration_cast<std::chrono::milliseconds>(clock.Now()).count())) {}
+        options_(options) {}
 
   Status Identify();
 
   [[nodiscard]] State state() const override { return state_; }
-  [[nodiscard]] const AxisIdentity& identity() const override { return identity_; }
+  [[nodiscard]] const AxisIdentity& identity() const override { return parameters_.identity; }
   Status Enable() override;
   Status StartHoming() override;
   Status MoveTo(Millimetres z, MillimetresPerSecond speed) override;
@@ -88,34 +84,36 @@ class ModbusScanAxis final : public ScanAxis {
 
  private:
   [[nodiscard]] Status Gate(const char* call, State required) const;
-  /// One FC23: writes the next counter with the given registers, reads a block that begins or ends with the echo.
-  /// Only a reply that echoes this counter counts.
-  Result<Answer> Exchange(std::uint16_t address, std::vector<std::uint16_t> values, AxisRegisterMap::Block read);
-  Result<Answer> Poll();
-  Result<Answer> Order(std::uint16_t control);
-  void SetCommand(std::uint16_t address, std::uint16_t value);
-  void SetCommandLong(std::uint16_t address, std::uint32_t value);
+  /// One order. If it fails, no other follows but stops; if it was not answered, nothing at all.
+  DriveReply Order(std::uint16_t control);
+  /// A stop order, repeated if need be.
+  DriveReply StopOrder(std::uint16_t control);
+  Status CheckParameters();
   Status GoTo(DriveState wanted, std::uint16_t control);
   Status ResetFault();
   Status StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted);
+  Status CheckMove(Millimetres z, MillimetresPerSecond speed) const;
   Status AwaitStandstill();
-  Status CheckDrive(const Answer& answer);
-  AxisPosition Read(const Answer& answer);
+  Status CheckDrive(const DriveAnswer& answer);
+  [[nodiscard]] DriveState StateOf(const DriveAnswer& answer) const {
+    return DriveStateOf(answer.registers.Word(map_.status_word));
+  }
+  AxisPosition Read(const DriveAnswer& answer);
+  void ReadFlags(const DriveAnswer& answer, AxisPosition& position);
+  Result<AxisPosition> ReadingFailed(const ModbusFailure& failure);
 
-  ModbusLink& link_;
+  DriveDialogue dialogue_;
   AxisRegisterMap map_;
-  AxisRegisterMap::Block command_block_;
   AxisRegisterMap::Block status_block_;
   Clock& clock_;
   ModbusAxisOptions options_;
   State state_ = State::kDisabled;
-  AxisIdentity identity_;
-  std::vector<std::uint16_t> command_;  ///< What the drive's command block should hold; [counter] is set per exchange.
-  std::uint16_t counter_;
-  nanoseconds quiet_until_{0};
-  bool quiet_ = false;  ///< An error happened; input is to be thrown away when quiet_until_ is over.
+  DriveParameters parameters_;
   AxisPosition last_;
-  int failures_ = 0;                 ///< Positions in a row without a good reply.
+  int failures_ = 0;                 ///< Readings in a row without a good reply.
+  bool homing_due_ = false;          ///< The link was lost: the drive's own "homed" does not count any more.
+  bool homing_ = false;              ///< The last motion ordered was a homing run.
+  bool home_seen_ = false;           ///< Of a drive without flags: the homing run ended well.
   std::uint64_t drive_time_us_ = 0;  ///< Unwrapped.
 };
 
@@ -125,91 +123,47 @@ Status ModbusScanAxis::Gate(const char* call, State required) const {
               state_ == State::kDisabled ? "enable the axis first" : "disable the axis and enable it again");
 }
 
-Result<Answer> ModbusScanAxis::Exchange(std::uint16_t address, std::vector<std::uint16_t> values,
-                                        AxisRegisterMap::Block read) {
-  if (quiet_) {
-    clock_.SleepUntil(quiet_until_);
-    link_.DiscardInput();
-    quiet_ = false;
+DriveReply ModbusScanAxis::Order(std::uint16_t control) {
+  // Never repeated: the drive may carry it out yet.
+  DriveReply answer = dialogue_.Order(control);
+  if (answer) return answer;
+  if (state_ != State::kDisabled) state_ = State::kFault;
+  if (answer.error().fault == ModbusFault::kTimeout) dialogue_.Close();
+  return answer;
+}
+
+DriveReply ModbusScanAxis::StopOrder(std::uint16_t control) {
+  DriveReply answer = dialogue_.Order(control);
+  for (int attempt = 1; !answer && attempt < kStopAttempts; ++attempt) {
+    if (answer.error().fault == ModbusFault::kLinkLost) break;
+    answer = dialogue_.Order(control);
   }
-  ++counter_;
-  values.at(map_.counter - address) = counter_;
-  const nanoseconds before = clock_.Now();
-  ModbusReply reply =
-      link_.Transact({ModbusFunction::kWriteReadRegisters, address, std::move(values), read.address, read.count},
-                     options_.reply_timeout);
-  const nanoseconds after = clock_.Now();
-
-  std::string seen;
-  if (!reply) {
-    seen = ModbusFailureText(reply.error());
-  } else if (reply->size() != read.count) {
-    seen = "a reply of " + std::to_string(reply->size()) + " registers instead of " + std::to_string(read.count);
-  } else if (const std::uint16_t echo = (*reply)[map_.echo - read.address]; echo != counter_) {
-    seen = "a reply to transaction " + std::to_string(echo) + " instead of " + std::to_string(counter_);
-  } else {
-    return Answer{RegisterBlock(read.address, std::move(*reply)), before, after};
-  }
-  quiet_ = true;
-  quiet_until_ = clock_.Now() + options_.quiet_time;
-  return Fail("talk to the axis drive", std::move(seen),
-              "check the drive's supply and cable, then home the axis again");
-}
-
-Result<Answer> ModbusScanAxis::Poll() { return Exchange(map_.counter, {0}, status_block_); }
-
-Result<Answer> ModbusScanAxis::Order(std::uint16_t control) {
-  SetCommand(map_.control_word, control);
-  return Exchange(command_block_.address, command_, status_block_);
-}
-
-void ModbusScanAxis::SetCommand(std::uint16_t address, std::uint16_t value) {
-  command_.at(address - command_block_.address) = value;
-}
-
-void ModbusScanAxis::SetCommandLong(std::uint16_t address, std::uint32_t value) {
-  SetCommand(address, static_cast<std::uint16_t>(value >> 16));
-  SetCommand(static_cast<std::uint16_t>(address + 1), static_cast<std::uint16_t>(value & 0xFFFFU));
+  if (!answer) dialogue_.Close();
+  return answer;
 }
 
 Status ModbusScanAxis::Identify() {
-  auto answer = Exchange(map_.counter, {0}, map_.IdentityBlock());
-  // The program may have been restarted in mid-transaction: one more try.
-  if (!answer) answer = Exchange(map_.counter, {0}, map_.IdentityBlock());
-  if (!answer) return Fail(answer);
-  const RegisterBlock& registers = answer->registers;
-  identity_.protocol_version = registers.Word(map_.protocol_version);
-  identity_.serial = registers.Long(map_.serial);
-  const std::uint16_t firmware = registers.Word(map_.firmware_version);
-  identity_.firmware_version = std::to_string(firmware >> 8) + "." + std::to_string(firmware & 0xFF);
-  identity_.limits = {Millimetres(registers.SignedThousandths(map_.z_min)),
-                      Millimetres(registers.SignedThousandths(map_.z_max)),
-                      MillimetresPerSecond(registers.Thousandths(map_.max_speed)),
-                      MillimetresPerSecondSquared(registers.Thousandths(map_.max_acceleration))};
-  const std::string attempted = "identify the axis drive";
-  if (identity_.protocol_version != kAxisProtocolVersion) {
-    return Fail(attempted,
-                "it speaks protocol " + std::to_string(identity_.protocol_version) + ", this program speaks " +
-                    std::to_string(kAxisProtocolVersion),
-                "update the drive's firmware or the program");
-  }
-  const AxisLimits& limits = identity_.limits;
-  if (limits.z_min >= limits.z_max || limits.max_speed.value() <= 0.0 || limits.max_acceleration.value() <= 0.0) {
-    return Fail(attempted, "its travel, speed and acceleration limits make no sense", "set the drive's limits");
-  }
-  const std::uint16_t heartbeat = registers.Word(map_.heartbeat_timeout);
-  if (heartbeat == 0 || heartbeat > kHeartbeat.count()) {
-    return Fail(
-        attempted, "its heartbeat time-out is " + (heartbeat == 0 ? "off" : std::to_string(heartbeat) + " ms"),
-        "set it to " + std::to_string(kHeartbeat.count()) + " ms or less: the axis must stop when the host does");
-  }
-  return {};
+  // The program may have been restarted in mid-transaction: ReadAgain tries once more.
+  const DriveReply answer = dialogue_.ReadAgain(map_.IdentityBlock());
+  if (!answer) return Unanswered("identify the axis drive", answer.error());
+  parameters_ = ParseDriveParameters(answer->registers, map_);
+  return CheckDriveParameters(parameters_, options_);
 }
 
-Status ModbusScanAxis::CheckDrive(const Answer& answer) {
-  const DriveState drive = DriveStateOf(answer.registers.Word(map_.status_word));
-  if (drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
+Status ModbusScanAxis::CheckParameters() {
+  const DriveReply answer = dialogue_.ReadAgain(map_.IdentityBlock());
+  if (!answer) {
     if (state_ != State::kDisabled) state_ = State::kFault;
+    return Unanswered("check the axis drive's parameters", answer.error());
+  }
+  return CheckUnchanged(parameters_, ParseDriveParameters(answer->registers, map_));
+}
+
+Status ModbusScanAxis::CheckDrive(const DriveAnswer& answer) {
+  if (state_ == State::kDisabled) return {};  // a latched fault waits for Enable
+  const DriveState drive = StateOf(answer);
+  if (drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
+    state_ = State::kFault;
     return Fail("run the axis", AxisFaultText(answer.registers.Word(map_.fault_code)),
                 "clear the cause, then enable and home the axis again");
   }
@@ -222,20 +176,21 @@ Status ModbusScanAxis::CheckDrive(const Answer& answer) {
 }
 
 Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
-  auto answer = Order(control);
+  const std::string attempted = std::string("bring the axis drive to '") + DriveStateText(wanted) + "'";
+  DriveReply answer = Order(control);
   const nanoseconds deadline = clock_.Now() + kStateDeadline;
   while (true) {
-    if (!answer) return Fail(answer);
-    const DriveState drive = DriveStateOf(answer->registers.Word(map_.status_word));
+    if (!answer) return Unanswered(attempted, answer.error());
+    const DriveState drive = StateOf(*answer);
     if (drive == wanted) return {};
     if (drive == DriveState::kFault || clock_.Now() >= deadline) {
-      return Fail(std::string("bring the axis drive to '") + DriveStateText(wanted) + "'",
+      return Fail(attempted,
                   drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
                                               : std::string("it stays in '") + DriveStateText(drive) + "'",
                   "check the drive's supply and enable line, then try again");
     }
     clock_.SleepUntil(clock_.Now() + kPollPause);
-    answer = Poll();
+    answer = dialogue_.ReadAgain(status_block_);
   }
 }
 
@@ -243,22 +198,24 @@ Status ModbusScanAxis::ResetFault() {
   const nanoseconds deadline = clock_.Now() + kStateDeadline;
   DriveState drive = DriveState::kFaultReaction;
   while (drive == DriveState::kFaultReaction && clock_.Now() < deadline) {
-    const auto answer = Poll();
-    if (!answer) return Fail(answer);
-    drive = DriveStateOf(answer->registers.Word(map_.status_word));
+    const DriveReply answer = dialogue_.ReadAgain(status_block_);
+    if (!answer) return Unanswered("read the axis drive's state", answer.error());
+    drive = StateOf(*answer);
     if (drive == DriveState::kFaultReaction) clock_.SleepUntil(clock_.Now() + kPollPause);
   }
   if (drive != DriveState::kFault) return {};
   // The drive resets on the rising edge of the bit.
-  RETURN_IF_ERROR(Order(control_word::kDisableVoltage));
+  const DriveReply low = Order(control_word::kDisableVoltage);
+  if (!low) return Unanswered("reset the axis drive's fault", low.error());
   return GoTo(DriveState::kSwitchOnDisabled, control_word::kFaultReset);
 }
 
 Status ModbusScanAxis::Enable() {
   RETURN_IF_ERROR(Gate("enable the axis", State::kDisabled));
+  RETURN_IF_ERROR(CheckParameters());
   // Never start from an old target: modes and set-points are written anew before the drive may move.
-  std::fill(command_.begin(), command_.end(), std::uint16_t{0});
-  SetCommand(map_.mode, kModeProfilePosition);
+  dialogue_.ClearCommand();
+  dialogue_.Set(map_.mode, kModeProfilePosition);
   RETURN_IF_ERROR(ResetFault());
   RETURN_IF_ERROR(GoTo(DriveState::kReadyToSwitchOn, control_word::kShutdown));
   RETURN_IF_ERROR(GoTo(DriveState::kSwitchedOn, control_word::kSwitchOn));
@@ -269,34 +226,39 @@ Status ModbusScanAxis::Enable() {
 }
 
 Status ModbusScanAxis::StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted) {
-  SetCommand(map_.mode, mode);
-  // A failed order is never repeated: the drive may carry it out yet (RELIABILITY.md, finding 2).
-  auto answer = Order(control);
-  if (!answer) return Fail(attempted, answer.error().seen, answer.error().advice);
+  // The start bit down first: the drive wants to see it rise, and within its start window after a transaction.
+  DriveReply answer = Order(control_word::kEnableOperation);
+  if (!answer) return Unanswered(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
-  const bool acknowledged = (answer->registers.Word(map_.status_word) & status_word::kAcknowledge) != 0;
-  if (mode == kModeProfilePosition && !acknowledged) {
+  dialogue_.Set(map_.mode, mode);
+  answer = Order(control);
+  if (!answer) return Unanswered(attempted, answer.error());
+  RETURN_IF_ERROR(CheckDrive(*answer));
+  homing_ = mode == kModeHoming;
+  if (homing_) return {};
+  if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == 0) {
     return Fail(attempted, "the drive does not take the target", "check the drive's state and limits");
   }
-  if (mode == kModeHoming) return {};
   // The set-point handshake: our bit back to 0, so that the next one is an edge again.
   answer = Order(static_cast<std::uint16_t>(control & ~control_word::kStart));
-  if (!answer) return Fail(attempted, answer.error().seen, answer.error().advice);
+  if (!answer) return Unanswered(attempted, answer.error());
   return CheckDrive(*answer);
 }
 
 Status ModbusScanAxis::StartHoming() {
   RETURN_IF_ERROR(Gate("home the axis", State::kEnabled));
-  RETURN_IF_ERROR(Order(control_word::kEnableOperation));
+  RETURN_IF_ERROR(CheckParameters());
   last_.homed = false;
-  return StartMotion(kModeHoming, control_word::kEnableOperation | control_word::kStart, "home the axis");
+  home_seen_ = false;
+  RETURN_IF_ERROR(StartMotion(kModeHoming, control_word::kEnableOperation | control_word::kStart, "home the axis"));
+  homing_due_ = false;
+  return {};
 }
 
-Status ModbusScanAxis::MoveTo(Millimetres z, MillimetresPerSecond speed) {
+Status ModbusScanAxis::CheckMove(Millimetres z, MillimetresPerSecond speed) const {
   const char* attempted = "move the axis";
-  RETURN_IF_ERROR(Gate(attempted, State::kEnabled));
   if (!last_.homed) return Fail(attempted, "the axis is not homed", "home the axis first");
-  const AxisLimits& limits = identity_.limits;
+  const AxisLimits& limits = parameters_.identity.limits;
   if (!(z >= limits.z_min && z <= limits.z_max)) {
     return Fail(attempted,
                 "target " + std::to_string(z.value()) + " mm is outside " + std::to_string(limits.z_min.value()) +
@@ -309,44 +271,73 @@ Status ModbusScanAxis::MoveTo(Millimetres z, MillimetresPerSecond speed) {
         "speed " + std::to_string(speed.value()) + " mm/s is not in 0 to " + std::to_string(limits.max_speed.value()),
         "correct the scan plan");
   }
-  // Homing leaves its start bit set; the drive wants to see it rise again.
-  RETURN_IF_ERROR(Order(control_word::kEnableOperation));
-  const auto thousandths = [](double value) { return std::llround(value * 1000.0); };
-  SetCommandLong(map_.target_position, static_cast<std::uint32_t>(static_cast<std::int32_t>(thousandths(z.value()))));
-  SetCommandLong(map_.profile_speed, static_cast<std::uint32_t>(thousandths(speed.value())));
-  SetCommandLong(map_.profile_acceleration, static_cast<std::uint32_t>(thousandths(limits.max_acceleration.value())));
+  return {};
+}
+
+Status ModbusScanAxis::MoveTo(Millimetres z, MillimetresPerSecond speed) {
+  const char* attempted = "move the axis";
+  RETURN_IF_ERROR(Gate(attempted, State::kEnabled));
+  RETURN_IF_ERROR(CheckMove(z, speed));
+  const auto target = DriveUnits(z.value(), map_.units_per_mm);
+  const auto pace = DriveUnits(speed.value(), map_.units_per_mm_s);
+  const auto ramp = DriveUnits(parameters_.identity.limits.max_acceleration.value(), map_.units_per_mm_s2);
+  if (!target || !pace || !ramp) {
+    return Fail(attempted, "in the drive's units the order has more than 32 bits", "correct the scales of the axis");
+  }
+  RETURN_IF_ERROR(CheckParameters());
+  dialogue_.SetLong(map_.target_position, *target);
+  dialogue_.SetLong(map_.profile_speed, *pace);
+  dialogue_.SetLong(map_.profile_acceleration, *ramp);
   return StartMotion(kModeProfilePosition,
                      control_word::kEnableOperation | control_word::kStart | control_word::kChangeImmediately,
                      attempted);
 }
 
-AxisPosition ModbusScanAxis::Read(const Answer& answer) {
-  const RegisterBlock& registers = answer.registers;
-  // The 32-bit microseconds wrap every 71.6 min: what counts is the difference to the last reading.
-  drive_time_us_ += static_cast<std::uint32_t>(registers.Long(map_.drive_time) -
-                                               static_cast<std::uint32_t>(drive_time_us_ & 0xFFFFFFFFU));
-  const std::uint16_t flags = registers.Word(map_.flags);
+void ModbusScanAxis::ReadFlags(const DriveAnswer& answer, AxisPosition& position) {
+  const std::uint16_t word = answer.registers.Word(map_.status_word);
+  position.target_reached = (word & status_word::kTargetReached) != 0;
+  if (map_.flags != kNoRegister) {
+    const std::uint16_t flags = answer.registers.Word(map_.flags);
+    position.homed = (flags & kAxisFlagHomed) != 0 && !homing_due_;
+    position.moving = (flags & kAxisFlagMoving) != 0;
+    return;
+  }
+  // CiA 402, homing mode: bits 10 and 12 together mean that the run ended well.
+  if (homing_ && position.target_reached && (word & status_word::kAcknowledge) != 0) home_seen_ = true;
+  position.homed = home_seen_ && !homing_due_;
+  const bool carried = std::abs(position.z.value() - last_.z.value()) > kStandstillMm;
+  position.moving = carried || (state_ == State::kEnabled && !position.target_reached);
+}
+
+AxisPosition ModbusScanAxis::Read(const DriveAnswer& answer) {
   AxisPosition position;
   position.fresh = true;
-  position.z = Millimetres(registers.SignedThousandths(map_.position));
-  position.time = {answer.host_before, std::chrono::microseconds(static_cast<std::int64_t>(drive_time_us_)),
-                   answer.host_after};
-  position.homed = (flags & kAxisFlagHomed) != 0;
-  position.moving = (flags & kAxisFlagMoving) != 0;
-  position.target_reached = (registers.Word(map_.status_word) & status_word::kTargetReached) != 0;
+  position.z = Millimetres(answer.registers.Signed(map_.position) / map_.units_per_mm);
+  nanoseconds device_time = (answer.host_before + answer.host_after) / 2;
+  if (map_.drive_time != kNoRegister) {
+    // The 32-bit microseconds wrap every 71.6 min: what counts is the difference to the last reading.
+    drive_time_us_ += static_cast<std::uint32_t>(answer.registers.Long(map_.drive_time) -
+                                                 static_cast<std::uint32_t>(drive_time_us_ & 0xFFFFFFFFU));
+    device_time = std::chrono::microseconds(static_cast<std::int64_t>(drive_time_us_));
+  }
+  position.time = {answer.host_before, device_time, answer.host_after};
+  ReadFlags(answer, position);
   return position;
 }
 
+Result<AxisPosition> ModbusScanAxis::ReadingFailed(const ModbusFailure& failure) {
+  ++failures_;
+  last_.fresh = false;
+  const bool busy = failure.fault == ModbusFault::kException && failure.exception_code == 6;
+  if (failure.fault != ModbusFault::kLinkLost && failures_ <= (busy ? kBusyReadings : kSilentReadings)) return last_;
+  if (state_ != State::kDisabled) state_ = State::kFault;
+  if (failure.fault == ModbusFault::kLinkLost) homing_due_ = true;
+  return Unanswered("read the axis' position", failure);
+}
+
 Result<AxisPosition> ModbusScanAxis::Position() {
-  const auto answer = Poll();
-  if (!answer) {
-    if (++failures_ == 1) {
-      last_.fresh = false;
-      return last_;
-    }
-    if (state_ != State::kDisabled) state_ = State::kFault;
-    return Fail(answer);
-  }
+  const DriveReply answer = dialogue_.Read(status_block_);
+  if (!answer) return ReadingFailed(answer.error());
   failures_ = 0;
   last_ = Read(*answer);
   RETURN_IF_ERROR(CheckDrive(*answer));
@@ -360,10 +351,14 @@ Result<AxisPosition> ModbusScanAxis::Position() {
 Status ModbusScanAxis::AwaitStandstill() {
   const nanoseconds deadline = clock_.Now() + kQuickStopDeadline;
   while (true) {
-    const auto answer = Poll();
-    if (answer && !Read(*answer).moving) return {};
+    const DriveReply answer = dialogue_.Read(status_block_);
+    if (answer) {
+      last_ = Read(*answer);
+      if (!last_.moving) return {};
+    }
     if (clock_.Now() >= deadline) {
-      return Fail("stop the axis", answer ? "it still moves" : answer.error().seen, "press the emergency stop");
+      return Fail("stop the axis", answer ? "it still moves" : ModbusFailureText(answer.error()),
+                  "press the emergency stop");
     }
     clock_.SleepUntil(clock_.Now() + kPollPause);
   }
@@ -371,42 +366,57 @@ Status ModbusScanAxis::AwaitStandstill() {
 
 Status ModbusScanAxis::Halt() {
   RETURN_IF_ERROR(Gate("halt the axis", State::kEnabled));
-  const auto answer = Order(control_word::kEnableOperation | control_word::kHalt);
-  if (!answer) return Fail(answer);
+  const DriveReply answer = Order(control_word::kEnableOperation | control_word::kHalt);
+  if (!answer) return Unanswered("halt the axis", answer.error());
   return CheckDrive(*answer);
 }
 
 Status ModbusScanAxis::QuickStop() {
-  Result<Answer> answer = Order(control_word::kQuickStop);
-  for (int attempt = 1; !answer && attempt < kStopAttempts; ++attempt) answer = Order(control_word::kQuickStop);
+  const DriveReply answer = StopOrder(control_word::kQuickStop);
   if (state_ != State::kDisabled) state_ = State::kStopped;
-  if (!answer) return Fail("quick-stop the axis", answer.error().seen, "press the emergency stop");
+  if (!answer) return Fail("quick-stop the axis", ModbusFailureText(answer.error()), "press the emergency stop");
   return AwaitStandstill();
 }
 
 Status ModbusScanAxis::Disable() {
-  Result<Answer> answer = Order(control_word::kDisableVoltage);
-  for (int attempt = 1; !answer && attempt < kStopAttempts; ++attempt) answer = Order(control_word::kDisableVoltage);
+  DriveReply answer = StopOrder(control_word::kDisableVoltage);
   state_ = State::kDisabled;
-  if (!answer) return Fail("disable the axis", answer.error().seen, "press the emergency stop");
-  const DriveState drive = DriveStateOf(answer->registers.Word(map_.status_word));
-  if (drive == DriveState::kSwitchOnDisabled || drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
-    return {};
+  const nanoseconds deadline = clock_.Now() + kStateDeadline;
+  while (true) {
+    if (!answer) return Fail("disable the axis", ModbusFailureText(answer.error()), "press the emergency stop");
+    const DriveState drive = StateOf(*answer);
+    if (drive == DriveState::kSwitchOnDisabled || drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
+      return {};
+    }
+    if (clock_.Now() >= deadline) {
+      return Fail("disable the axis", std::string("the drive stays in '") + DriveStateText(drive) + "'",
+                  "press the emergency stop");
+    }
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    answer = dialogue_.ReadAgain(status_block_);
   }
-  return Fail("disable the axis", std::string("the drive stays in '") + DriveStateText(drive) + "'",
-              "press the emergency stop");
 }
 
 Status ModbusScanAxis::Reopen(nanoseconds deadline) {
   state_ = State::kDisabled;
   last_ = {};
-  nanoseconds pause = std::chrono::milliseconds(50);
+  homing_due_ = true;
+  home_seen_ = false;
+  failures_ = 0;
+  dialogue_.ClearCommand();
+  nanoseconds pause = kFirstPause;
   while (true) {
-    Status again = Identify();
+    Status again;
+    if (const auto opened = dialogue_.Reopen(); !opened) {
+      again = Unanswered("open the link to the axis drive", opened.error());
+    } else {
+      again = Identify();
+      // It may still be enabled, or even move: our questions alone would keep its heartbeat alive.
+      if (again) again = Disable();
+    }
     if (again || clock_.Now() >= deadline) return again;
     clock_.SleepUntil(std::min(deadline, clock_.Now() + pause));
-    pause = std::min<nanoseconds>(2 * pause, std::chrono::seconds(2));
-    static_cast<void>(link_.Reopen());
+    pause = std::min(2 * pause, kLongestPause);
   }
 }
 

@@ -52,10 +52,11 @@ struct RingLimits {
 /// Counters since Start; none of these is an error by itself.
 struct RingCounters {
   std::uint64_t levels = 0;
-  std::uint64_t lost_frames = 0;       ///< Frames of a level that never came whole; their sensors read NaN.
-  std::uint64_t duplicate_frames = 0;  ///< Repeated or too late; dropped.
-  std::uint64_t rejected_frames = 0;   ///< Wrong checksum or shape.
-  std::uint64_t rejected_bytes = 0;    ///< Not part of any good frame.
+  std::uint64_t lost_frames = 0;        ///< Frames of a level that never came whole; their sensors read NaN.
+  std::uint64_t duplicate_frames = 0;   ///< Repeated or too late; dropped.
+  std::uint64_t rejected_frames = 0;    ///< Wrong checksum or shape.
+  std::uint64_t rejected_bytes = 0;     ///< Not part of any good frame.
+  std::uint64_t overflowed_frames = 0;  ///< CAN: frames of any kind that the host's queues lost before we saw them.
 };
 
 /// The ring of range sensors.
@@ -112,7 +113,7 @@ Result<std::unique_ptr<RangeRing>> OpenUsbRangeRing(UsbHost& host, UsbRangeRingO
 struct CanRangeRingOptions {
   std::uint16_t sensor_count = 180;                      ///< Of the whole ring.
   std::map<std::uint32_t, std::uint16_t> first_sensors;  ///< Board serial → first sensor; empty: as the boards say.
-  std::size_t board_count = 12;                          ///< Boards that must have booted.
+  std::size_t board_count = 12;                          ///< Their node ids are 1 … board_count, on whichever bus.
   std::chrono::nanoseconds boot_deadline =
       std::chrono::seconds(3);  ///< Ours: heartbeat watching starts at the first beat.
   std::chrono::nanoseconds heartbeat = std::chrono::milliseconds(100);  ///< Producer time set on the boards.

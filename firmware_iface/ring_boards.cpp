@@ -18,7 +18,57 @@ const char* AdviceFor(UsbStatus status) {
   }
 }
 
-Result<IdentifiedBoard> Introduce(UsbPort& port, const UsbRangeRingOptions& options) {
+/// Sorted by first sensor, the boards must follow each other from 0 to `sensor_count` without gap or overlap.
+Status CheckCover(const std::vector<IdentifiedBoard>& sorted, std::uint16_t sensor_count) {
+  const std::string attempted = "put the ring's boards together";
+  std::vector<RingBoard> boards;
+  for (const IdentifiedBoard& known : sorted) boards.push_back(known.board);
+  const std::string map = "; found: " + BoardMap(boards);
+  std::set<std::uint32_t> serials;
+  std::uint32_t next = 0;
+  for (const IdentifiedBoard& known : sorted) {
+    if (!serials.insert(known.board.serial).second) {
+      return Fail(attempted, "two boards have the number " + std::to_string(known.board.serial) + map,
+                  "give each board its own number");
+    }
+    if (known.board.first_sensor != next) {
+      return Fail(
+          attempted,
+          BoardName(known.board) + " stands where the board of sensor " + std::to_string(next) + " is expected" + map,
+          "plug in the missing board, or correct [ring] boards");
+    }
+    next += known.board.sensor_count;
+  }
+  if (next == sensor_count) return {};
+  return Fail(attempted, std::to_string(next) + " sensors in all; the ring has " + std::to_string(sensor_count) + map,
+              "plug in the missing boards");
+}
+
+}  // namespace
+
+UsbRequest RequestTo(BoardRequest request) { return {static_cast<std::uint8_t>(request), 0, 0}; }
+
+std::string BoardName(const RingBoard& board) {
+  return "ring board " + std::to_string(board.serial) + " (sensors " + std::to_string(board.first_sensor) + "-" +
+         std::to_string(board.first_sensor + board.sensor_count - 1) + ", port " + board.port_path + ")";
+}
+
+std::string BoardMap(const std::vector<RingBoard>& boards) {
+  std::string text;
+  for (const RingBoard& board : boards) {
+    text += (text.empty() ? "" : ", ") + std::to_string(board.serial) + " at port " + board.port_path + " sensors " +
+            std::to_string(board.first_sensor) + "-" + std::to_string(board.first_sensor + board.sensor_count - 1);
+  }
+  return text.empty() ? "no board" : text;
+}
+
+tl::unexpected<Error> FailUsb(std::string attempted, const UsbFailure& failure) {
+  std::string seen = UsbStatusText(failure.status);
+  if (!failure.detail.empty()) seen += " (" + failure.detail + ")";
+  return Fail(std::move(attempted), std::move(seen), AdviceFor(failure.status));
+}
+
+Result<IdentifiedBoard> IdentifyBoard(UsbPort& port, const UsbRangeRingOptions& options) {
   const std::string attempted = "identify the ring board at port " + port.identity().port_path;
   const auto reply = port.ControlIn(RequestTo(BoardRequest::kIdentify), kBoardIdentityBytes, options.control_timeout);
   if (!reply) return FailUsb(attempted, reply.error());
@@ -53,48 +103,11 @@ Result<IdentifiedBoard> Introduce(UsbPort& port, const UsbRangeRingOptions& opti
   return known;
 }
 
-/// Sorted by first sensor, the boards must follow each other from 0 to `sensor_count` without gap or overlap.
-Status CheckCover(const std::vector<IdentifiedBoard>& sorted, std::uint16_t sensor_count) {
-  const std::string attempted = "put the ring's boards together";
-  std::set<std::uint32_t> serials;
-  std::uint32_t next = 0;
-  for (const IdentifiedBoard& known : sorted) {
-    if (!serials.insert(known.board.serial).second) {
-      return Fail(attempted, "two boards have the number " + std::to_string(known.board.serial),
-                  "give each board its own number");
-    }
-    if (known.board.first_sensor != next) {
-      return Fail(attempted,
-                  BoardName(known.board) + " stands where the board of sensor " + std::to_string(next) + " is expected",
-                  "plug in the missing board, or correct [ring] boards");
-    }
-    next += known.board.sensor_count;
-  }
-  if (next == sensor_count) return {};
-  return Fail(attempted, std::to_string(next) + " sensors in all; the ring has " + std::to_string(sensor_count),
-              "plug in the missing boards");
-}
-
-}  // namespace
-
-UsbRequest RequestTo(BoardRequest request) { return {static_cast<std::uint8_t>(request), 0, 0}; }
-
-std::string BoardName(const RingBoard& board) {
-  return "ring board " + std::to_string(board.serial) + " (sensors " + std::to_string(board.first_sensor) + "-" +
-         std::to_string(board.first_sensor + board.sensor_count - 1) + ", port " + board.port_path + ")";
-}
-
-tl::unexpected<Error> FailUsb(std::string attempted, const UsbFailure& failure) {
-  std::string seen = UsbStatusText(failure.status);
-  if (!failure.detail.empty()) seen += " (" + failure.detail + ")";
-  return Fail(std::move(attempted), std::move(seen), AdviceFor(failure.status));
-}
-
 Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>& ports,
                                                     const UsbRangeRingOptions& options) {
   std::vector<IdentifiedBoard> known;
   for (UsbPort* port : ports) {
-    auto introduced = Introduce(*port, options);
+    auto introduced = IdentifyBoard(*port, options);
     if (!introduced) return Fail(introduced);
     known.push_back(*introduced);
   }
@@ -103,6 +116,35 @@ Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>&
   });
   RETURN_IF_ERROR(CheckCover(known, options.sensor_count));
   return known;
+}
+
+Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,
+                                                               std::chrono::nanoseconds deadline) {
+  const auto listed = host.List();
+  if (!listed) return FailUsb("list the ring's boards", listed.error());
+  if (listed->empty()) {
+    return Fail("open the ring", "no ring board is plugged in", "check the ring's supply and its USB cable");
+  }
+  std::set<std::string> serials;
+  std::string map;
+  std::string repeated;
+  for (const UsbIdentity& identity : *listed) {
+    map += (map.empty() ? "" : ", ") + identity.serial + " at port " + identity.port_path;
+    if (!identity.serial.empty() && !serials.insert(identity.serial).second) repeated = identity.serial;
+  }
+  if (!repeated.empty()) {
+    return Fail("open the ring", "two boards have the serial number " + repeated + "; found: " + map,
+                "give each board its own number");
+  }
+  std::vector<std::unique_ptr<UsbPort>> ports;
+  for (const UsbIdentity& identity : *listed) {
+    auto port = OpenPort(host, identity, clock, deadline);
+    if (!port) {
+      return FailUsb("open the ring board " + identity.serial + " at port " + identity.port_path, port.error());
+    }
+    ports.push_back(std::move(*port));
+  }
+  return ports;
 }
 
 }  // namespace annulus

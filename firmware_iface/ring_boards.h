@@ -1,11 +1,14 @@
 #pragma once
 
+#include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/usb_frame_codec.h"
+#include "firmware_iface/usb_host.h"
 #include "firmware_iface/usb_port.h"
 
 namespace annulus {
@@ -22,6 +25,16 @@ struct IdentifiedBoard {
 Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>& ports,
                                                     const UsbRangeRingOptions& options);
 
+/// Asks one port who is there.
+Result<IdentifiedBoard> IdentifyBoard(UsbPort& port, const UsbRangeRingOptions& options);
+
+/// Opens every ring board that the host lists, with retries until `deadline` for those that have just come. Fails if
+/// there is none, if two have the same serial number (with a list of all), or if one can not be opened.
+Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,
+                                                               std::chrono::nanoseconds deadline);
+
+/// Which board is where, for messages.
+[[nodiscard]] std::string BoardMap(const std::vector<RingBoard>& boards);
 /// A board as messages call it.
 [[nodiscard]] std::string BoardName(const RingBoard& board);
 /// A failed request to a board, with what to do about it.

@@ -48,13 +48,21 @@ struct AxisPosition {
 /// tells how it goes on.
 ///
 ///     kDisabled --Enable--> kEnabled --StartHoming--> kEnabled --(homed) MoveTo, Halt--> kEnabled
-///         ^                     | QuickStop                | fault, link lost
+///         ^                     | QuickStop                | fault, link lost, an order failed
 ///         |                     v                          v
 ///         +------Disable---- kStopped                   kFault --Disable--> kDisabled
 ///
 /// MoveTo needs homed, StartHoming and MoveTo need kEnabled; a call in another state is an Error that names both.
 /// QuickStop and Disable are allowed in every state. While enabled, the drive stops by itself unless Position (or any
 /// other call) reaches it at least every kHeartbeat. Thread-bound.
+///
+/// An order that is not answered closes the link (TCP: by reset): nothing is written any more, so that a peer that
+/// wakes up later finds no more than that one order, too late for its start window. QuickStop and Disable then fail at
+/// once and say so; the drive stops by its heartbeat, the interlock's quick-stop line at once. Only Reopen leads on.
+///
+/// No call waits without end. Where q is quiet_time and r reply_timeout of ModbusAxisOptions, the longest are: Position
+/// and Halt q + r, StartHoming and MoveTo 6 (q + r), Enable and Disable 5 s, QuickStop 3 (q + r) + 500 ms. A stop that
+/// must not wait for a link is the interlock's.
 class ScanAxis {
  public:
   enum class State { kDisabled, kEnabled, kStopped, kFault };
@@ -67,14 +75,16 @@ class ScanAxis {
   [[nodiscard]] virtual State state() const = 0;
   [[nodiscard]] virtual const AxisIdentity& identity() const = 0;
 
-  /// Energises the drive; it does not move. A latched fault of the drive is reset once.
+  /// Energises the drive; it does not move. A latched fault of the drive is reset once. Fails if the drive's parameters
+  /// are no longer those that it was identified with, as do StartHoming and MoveTo: then somebody else writes to it.
   virtual Status Enable() = 0;
   /// Starts the search for the home switch.
   virtual Status StartHoming() = 0;
   /// Starts a move to `z` at `speed`, with the machine's acceleration. Refuses what is outside the limits.
   virtual Status MoveTo(Millimetres z, MillimetresPerSecond speed) = 0;
-  /// Reads the drive. A single unanswered or stale reply gives fresh = false; the next one in a row, a fault of the
-  /// drive, or an unexpected state is an Error.
+  /// Reads the drive, with one transaction. A single reading that fails gives fresh = false (of readings that a busy
+  /// drive puts off, three in a row); the next one in a row, a lost link, and, unless kDisabled, a fault of the drive
+  /// or an unexpected state are Errors.
   virtual Result<AxisPosition> Position() = 0;
   /// Stops on the normal ramp; still enabled.
   virtual Status Halt() = 0;
@@ -82,8 +92,9 @@ class ScanAxis {
   virtual Status QuickStop() = 0;
   /// Takes the power off the motor; the brake holds.
   virtual Status Disable() = 0;
-  /// After a lost link: opens it anew, with pauses that grow, until the drive answers or `deadline`; then the axis is
-  /// kDisabled and not homed, and nothing that was ordered before is sent again.
+  /// After a lost link: opens it anew, with pauses that grow from 50 ms to 2 s, until the drive answers or `deadline`;
+  /// then the drive is without power, the axis kDisabled and not homed, whatever the drive says, and nothing that was
+  /// ordered before is sent again.
   virtual Status Reopen(std::chrono::nanoseconds deadline) = 0;
 };
 
@@ -92,8 +103,10 @@ struct ModbusAxisOptions {
   std::chrono::nanoseconds quiet_time = std::chrono::milliseconds(100);  ///< Silence after any error, then discard.
 };
 
-/// Identifies the drive and reads its limits. `link` and `clock` are borrowed and must live longer. Fails if the drive
-/// does not answer, speaks another protocol version, or would go on for longer than kHeartbeat without us.
+/// Identifies the drive and reads its limits; orders nothing. `link` and `clock` are borrowed and must live longer.
+/// Fails if the map makes no sense, if the drive does not answer or does not echo, speaks another protocol version,
+/// would go on for longer than kHeartbeat without us, or would obey an order later than `reply_timeout` after it was
+/// sent.
 Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock,
                                                      ModbusAxisOptions options = {});
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "base/ensure.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/ring_boards.h"
+#include "firmware_iface/usb_board_link.h"
 #include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
@@ -15,32 +15,16 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Large enough for several frames that piled up in a board, and a multiple of the 512-byte packets of high speed.
-constexpr std::size_t kTransferBytes = 2048;
 constexpr nanoseconds kStopDeadline = std::chrono::seconds(1);
-/// Leaky bucket of lost frames: one more per lost frame, this much less per good one, an Error at the limit.
-constexpr double kLossLeak = 1.0 / 30.0;
-constexpr double kLossLimit = 4.0;
-/// Transfers in a row that may end badly before the board counts as gone.
-constexpr int kMostBadTransfers = 3;
-/// Transfers of one board per level beyond which it is talking nonsense.
-constexpr int kMostTransfersPerLevel = 1000;
-
-struct ArrivedFrame {
-  LevelFrame frame;
-  nanoseconds host_arrival{0};
-};
-
-struct BoardLink {
-  explicit BoardLink(UsbPort* usb_port) : port(usb_port) {}
-
-  UsbPort* port;
-  UsbFrameAssembler assembler;
-  std::deque<ArrivedFrame> frames;  ///< Whole, not yet given out, sequence strictly rising.
-  std::vector<UsbToken> tokens;     ///< In flight.
-  double losses = 0.0;              ///< Leaky bucket.
-  int bad_transfers = 0;            ///< In a row.
-};
+/// Boards that have just been plugged in may be opened and speak within it.
+constexpr nanoseconds kOpenDeadline = std::chrono::seconds(3);
+/// How long a wait on one board goes on before the others are looked at.
+constexpr nanoseconds kGlance = std::chrono::milliseconds(10);
+/// Boards that go within it have one cause.
+constexpr nanoseconds kTogether = std::chrono::milliseconds(10);
+constexpr nanoseconds kBetweenTries = std::chrono::milliseconds(50);
+/// What the kernel keeps beside the data of a transfer, at most.
+constexpr std::size_t kTransferOverhead = 512;
 
 const char* StateText(RangeRing::State state) {
   switch (state) {
@@ -54,13 +38,28 @@ const char* StateText(RangeRing::State state) {
   return "unknown";
 }
 
+/// Asks a board on a port just opened who it is, and stops it: it may have been streaming for a program that was
+/// killed.
+Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& options) {
+  auto known = IdentifyBoard(port, options);
+  if (!known) return known;
+  const auto stopped = port.ControlOut(RequestTo(BoardRequest::kStop), {}, options.control_timeout);
+  if (!stopped) return FailUsb("stop " + BoardName(known->board), stopped.error());
+  return known;
+}
+
 class UsbRangeRing final : public RangeRing {
  public:
-  UsbRangeRing(std::vector<RingBoard> boards, const std::vector<UsbPort*>& ports, RingLimits limits,
-               UsbRangeRingOptions options, Clock& clock)
-      : boards_(std::move(boards)), limits_(limits), options_(std::move(options)), clock_(clock) {
-    for (UsbPort* port : ports) links_.emplace_back(port);
-  }
+  /// `host` is null if the ports are borrowed.
+  UsbRangeRing(std::vector<RingBoard> boards, std::vector<UsbBoardLink> links, RingLimits limits,
+               UsbRangeRingOptions options, UsbHost* host, Clock& clock)
+      : boards_(std::move(boards)),
+        accepted_(boards_),
+        links_(std::move(links)),
+        limits_(limits),
+        options_(std::move(options)),
+        host_(host),
+        clock_(clock) {}
   ~UsbRangeRing() override {
     if (state_ != State::kIdle) static_cast<void>(Stop());
   }
@@ -80,25 +79,30 @@ class UsbRangeRing final : public RangeRing {
 
  private:
   [[nodiscard]] Status Gate(const char* call, State required) const;
+  [[nodiscard]] Status CheckRate(Hertz level_rate) const;
+  [[nodiscard]] Status CheckMemory() const;
   Status StartBoards(Hertz level_rate);
-  Status Order(std::size_t board, BoardRequest request, std::span<const std::byte> data, const char* what);
-  Status Submit(std::size_t board);
-  /// Collects until the board has the frame of the wanted level or a later one, or the deadline is over.
-  Status Await(std::size_t board, nanoseconds deadline);
-  Status Take(std::size_t board, const UsbCompletion& completion);
-  Status Sort(std::size_t board, const LevelFrame& frame, nanoseconds host_arrival);
+  /// Waits until the board has a frame or the deadline is over.
+  Status Await(UsbBoardLink& link, nanoseconds deadline);
   Result<RingLevel> Assemble();
-  [[nodiscard]] bool HasFrame(std::size_t board) const { return !links_[board].frames.empty(); }
   [[nodiscard]] Status CheckAllSpoke() const;
-  Status EndTransfers(std::size_t board, nanoseconds deadline);
-  void CountRejected();
+  /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
+  tl::unexpected<Error> Explain(const UsbBoardLink& failed, const Status& failure);
+  void CountFrames();
+  Status ReopenBorrowed(nanoseconds deadline);
+  /// Makes sure that this board is there, on its old port or on one opened anew.
+  Status Find(std::size_t board, nanoseconds deadline);
+  [[nodiscard]] Status CheckPlaces() const;
 
   std::vector<RingBoard> boards_;
-  std::vector<BoardLink> links_;  ///< Same order as boards_.
+  std::vector<RingBoard> accepted_;  ///< Who was where when the ring was last complete.
+  std::vector<UsbBoardLink> links_;  ///< Same order as boards_.
   RingLimits limits_;
   UsbRangeRingOptions options_;
+  UsbHost* host_;
   Clock& clock_;
   State state_ = State::kIdle;
+  Status usable_;  ///< Why the ring must be reopened before it may start.
   RingCounters counters_;
   std::uint32_t wanted_ = 0;  ///< Sequence of the next level.
 };
@@ -109,18 +113,34 @@ Status UsbRangeRing::Gate(const char* call, State required) const {
               "stop the ring and start it again");
 }
 
+Status UsbRangeRing::CheckRate(Hertz level_rate) const {
+  if (level_rate >= limits_.min_level_rate && level_rate <= limits_.max_level_rate) return {};
+  return Fail("start the ring",
+              "a level rate of " + std::to_string(level_rate.value()) + " Hz; the boards allow " +
+                  std::to_string(limits_.min_level_rate.value()) + " to " +
+                  std::to_string(limits_.max_level_rate.value()),
+              "correct the scan plan");
+}
+
+/// The limit is shared with every other program that uses USB; more than all of it can not be had.
+Status UsbRangeRing::CheckMemory() const {
+  const std::uint64_t limit = host_ == nullptr ? 0 : host_->transfer_memory();
+  const std::uint64_t needed = links_.size() * options_.transfers_per_board * (kTransferBytes + kTransferOverhead);
+  if (limit == 0 || needed <= limit) return {};
+  return Fail("start the ring",
+              "its transfers need " + std::to_string(needed) + " bytes, the kernel allows " + std::to_string(limit) +
+                  " (usbfs_memory_mb)",
+              "raise usbcore.usbfs_memory_mb, or keep fewer transfers in flight");
+}
+
 Status UsbRangeRing::Start(Hertz level_rate) {
   RETURN_IF_ERROR(Gate("start the ring", State::kIdle));
-  if (!(level_rate >= limits_.min_level_rate && level_rate <= limits_.max_level_rate)) {
-    return Fail("start the ring",
-                "a level rate of " + std::to_string(level_rate.value()) + " Hz; the boards allow " +
-                    std::to_string(limits_.min_level_rate.value()) + " to " +
-                    std::to_string(limits_.max_level_rate.value()),
-                "correct the scan plan");
-  }
+  RETURN_IF_ERROR(usable_);
+  RETURN_IF_ERROR(CheckRate(level_rate));
+  RETURN_IF_ERROR(CheckMemory());
   counters_ = {};
   wanted_ = 0;
-  for (BoardLink& link : links_) link = BoardLink(link.port);
+  for (UsbBoardLink& link : links_) link.Reset();
   state_ = State::kStreaming;
   if (Status started = StartBoards(level_rate); !started) {
     state_ = State::kFailed;
@@ -133,110 +153,73 @@ Status UsbRangeRing::Start(Hertz level_rate) {
 Status UsbRangeRing::StartBoards(Hertz level_rate) {
   const auto rate = EncodeLevelRate(static_cast<std::uint32_t>(std::lround(level_rate.value() * 1000.0)));
   for (std::size_t board = 0; board < links_.size(); ++board) {
-    RETURN_IF_ERROR(Order(board, BoardRequest::kArm, rate, "arm "));
-    for (std::size_t i = 0; i < options_.transfers_per_board; ++i) RETURN_IF_ERROR(Submit(board));
+    UsbBoardLink& link = links_[board];
+    // What a board still had of an earlier run, if only in its USB controller, comes first: its stamps are too old.
+    const auto clock = ReadClock(board);
+    if (!clock) return Fail(clock);
+    link.IgnoreBefore(clock->device_time);
+    RETURN_IF_ERROR(link.Order(BoardRequest::kArm, rate, options_.control_timeout, "arm "));
+    for (std::size_t i = 0; i < options_.transfers_per_board; ++i) RETURN_IF_ERROR(link.Submit());
   }
-  return Order(0, BoardRequest::kStartSync, {}, "start SYNC on ");
-}
-
-Status UsbRangeRing::Order(std::size_t board, BoardRequest request, std::span<const std::byte> data, const char* what) {
-  const auto done = links_[board].port->ControlOut(RequestTo(request), data, options_.control_timeout);
-  if (!done) return FailUsb(what + BoardName(boards_[board]), done.error());
-  return {};
-}
-
-Status UsbRangeRing::Submit(std::size_t board) {
-  auto token = links_[board].port->SubmitBulkIn(kLevelEndpoint, kTransferBytes);
-  if (!token) return FailUsb("receive from " + BoardName(boards_[board]), token.error());
-  links_[board].tokens.push_back(*token);
-  return {};
+  return links_[0].Order(BoardRequest::kStartSync, {}, options_.control_timeout, "start SYNC on ");
 }
 
 Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
   RETURN_IF_ERROR(Gate("read a level of the ring", State::kStreaming));
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    if (Status awaited = Await(board, deadline); !awaited) {
-      state_ = State::kFailed;
-      return Fail(awaited);
-    }
+  for (UsbBoardLink& link : links_) {
+    RETURN_IF_ERROR(Await(link, deadline));
   }
-  CountRejected();
-  if (Status spoke = CheckAllSpoke(); !spoke) {
+  CountFrames();
+  if (const Status spoke = CheckAllSpoke(); !spoke) {
     state_ = State::kFailed;
     return Fail(spoke);
   }
   return Assemble();
 }
 
-Status UsbRangeRing::Await(std::size_t board, nanoseconds deadline) {
-  for (int transfers = 0; !HasFrame(board); ++transfers) {
-    if (transfers == kMostTransfersPerLevel) {
-      return Fail("read a level of the ring", BoardName(boards_[board]) + " sends much, but no level frames",
-                  "power-cycle the ring; replace the board if it happens again");
+/// A wait on one board looks at the others now and then: when the board that drives SYNC goes, all others fall silent,
+/// and the cause lies with a board whose frame of this level is there.
+Status UsbRangeRing::Await(UsbBoardLink& link, nanoseconds deadline) {
+  while (!link.has_frame()) {
+    if (const Status awaited = link.Await(std::min(deadline, clock_.Now() + kGlance)); !awaited) {
+      return Explain(link, awaited);
     }
-    const auto completion = links_[board].port->WaitCompletion(deadline);
-    if (!completion) return {};
-    RETURN_IF_ERROR(Take(board, *completion));
+    if (link.has_frame()) break;
+    for (UsbBoardLink& other : links_) {
+      if (const Status collected = other.Collect(); !collected) return Explain(other, collected);
+    }
+    if (clock_.Now() >= deadline) break;
   }
   return {};
 }
 
-Status UsbRangeRing::Take(std::size_t board, const UsbCompletion& completion) {
-  BoardLink& link = links_[board];
-  std::erase(link.tokens, completion.token);
-  const std::string attempted = "read " + BoardName(boards_[board]);
-  switch (completion.status) {
-    case UsbStatus::kCompleted:
-    case UsbStatus::kTimedOut:
-      link.bad_transfers = 0;
-      break;
-    case UsbStatus::kNoDevice:
-    case UsbStatus::kNoMemory:
-      return FailUsb(attempted, {completion.status, {}});
-    case UsbStatus::kStall:
-      if (const auto cleared = link.port->ClearHalt(kLevelEndpoint); !cleared) {
-        return FailUsb(attempted, cleared.error());
-      }
-      [[fallthrough]];
-    case UsbStatus::kCancelled:
-    case UsbStatus::kOverflow:
-    case UsbStatus::kError:
-      if (++link.bad_transfers > kMostBadTransfers) return FailUsb(attempted, {completion.status, {}});
-      break;
+tl::unexpected<Error> UsbRangeRing::Explain(const UsbBoardLink& failed, const Status& failure) {
+  state_ = State::kFailed;
+  CountFrames();
+  if (!failed.gone()) return Fail(failure);
+  clock_.SleepUntil(clock_.Now() + kTogether);
+  std::string names;
+  std::size_t count = 0;
+  for (UsbBoardLink& link : links_) {
+    link.LookWhetherGone();
+    if (!link.gone()) continue;
+    names += (names.empty() ? "" : ", ") + link.name();
+    ++count;
   }
-  // Data is used whatever the status: the checksums say what of it is whole.
-  for (const LevelFrame& frame : link.assembler.Push(completion.data)) {
-    RETURN_IF_ERROR(Sort(board, frame, completion.host_time));
-  }
-  return Submit(board);
-}
-
-Status UsbRangeRing::Sort(std::size_t board, const LevelFrame& frame, nanoseconds host_arrival) {
-  BoardLink& link = links_[board];
-  if (frame.board_serial != boards_[board].serial) {
-    return Fail("read " + BoardName(boards_[board]), "frames of board " + std::to_string(frame.board_serial),
-                "check that no two boards have the same number, and start again");
-  }
-  if ((frame.status & kFrameEmitterFault) != 0) {
-    return Fail("read " + BoardName(boards_[board]), "it reports an emitter fault",
-                "keep the ring off and have the board replaced");
-  }
-  const std::uint32_t earliest = link.frames.empty() ? wanted_ : link.frames.back().frame.sequence + 1;
-  if (frame.sequence < earliest) {
-    ++counters_.duplicate_frames;
-    return {};
-  }
-  link.frames.push_back({frame, host_arrival});
-  return {};
+  if (count == 1) return Fail(failure);
+  const bool all = count == links_.size();
+  return Fail("read level " + std::to_string(wanted_) + " of the ring",
+              (all ? "all " : "") + std::to_string(count) + " boards are unplugged at once" + (all ? "" : ": " + names),
+              "check the supply and the cable of the hub that they share, then open the ring again");
 }
 
 Status UsbRangeRing::CheckAllSpoke() const {
   std::string silent;
   std::size_t count = 0;
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    if (HasFrame(board)) continue;
+  for (const UsbBoardLink& link : links_) {
+    if (link.has_frame()) continue;
     ++count;
-    silent += (silent.empty() ? "" : ", ") + BoardName(boards_[board]);
+    silent += (silent.empty() ? "" : ", ") + link.name();
   }
   if (count == 0) return {};
   if (count == links_.size()) {
@@ -254,99 +237,149 @@ Result<RingLevel> UsbRangeRing::Assemble() {
   level.range_mm.assign(limits_.sensor_count, std::numeric_limits<double>::quiet_NaN());
   level.quality.assign(limits_.sensor_count, 0);
   for (std::size_t board = 0; board < links_.size(); ++board) {
-    BoardLink& link = links_[board];
-    // USB keeps the order, so a later frame means that the wanted one is lost for good.
-    if (link.frames.front().frame.sequence != wanted_) {
+    UsbBoardLink& link = links_[board];
+    const auto arrived = link.TakeFrame(wanted_);
+    if (!arrived) {
       ++counters_.lost_frames;
-      link.losses += 1.0;
-      if (link.losses < kLossLimit) continue;
+      if (!link.loses_frames()) continue;
       state_ = State::kFailed;
-      return Fail("read level " + std::to_string(wanted_) + " of the ring",
-                  BoardName(boards_[board]) + " loses frames repeatedly",
+      return Fail("read level " + std::to_string(wanted_) + " of the ring", link.name() + " loses frames repeatedly",
                   "check the board's cable and the host's load, then start again");
     }
-    const ArrivedFrame& arrived = link.frames.front();
-    const LevelFrame& frame = arrived.frame;
-    level.boards[board] = {true, frame.device_time, arrived.host_arrival, frame.temperature_centi_c / 100.0};
+    const LevelFrame& frame = arrived->frame;
+    level.boards[board] = {true, frame.device_time, arrived->host_arrival, frame.temperature_centi_c / 100.0};
     for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
       if (frame.range_um[i] == kNoReturn) continue;
       level.range_mm[boards_[board].first_sensor + i] = frame.range_um[i] / 1000.0;
       level.quality[boards_[board].first_sensor + i] = frame.quality[i];
     }
-    link.frames.pop_front();
-    link.losses = std::max(0.0, link.losses - kLossLeak);
   }
   ++wanted_;
   ++counters_.levels;
   return level;
 }
 
-void UsbRangeRing::CountRejected() {
+void UsbRangeRing::CountFrames() {
+  counters_.duplicate_frames = 0;
   counters_.rejected_bytes = 0;
   counters_.rejected_frames = 0;
-  for (const BoardLink& link : links_) {
-    counters_.rejected_bytes += link.assembler.rejected_bytes();
-    counters_.rejected_frames += link.assembler.rejected_frames();
+  for (const UsbBoardLink& link : links_) {
+    counters_.duplicate_frames += link.duplicate_frames();
+    counters_.rejected_bytes += link.rejected_bytes();
+    counters_.rejected_frames += link.rejected_frames();
   }
 }
 
 Status UsbRangeRing::Stop() {
   Status result;
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    const Status stopped = Order(board, BoardRequest::kStop, {}, "stop ");
+  for (UsbBoardLink& link : links_) {
+    if (link.port() == nullptr) continue;
+    const Status stopped = link.Order(BoardRequest::kStop, {}, options_.control_timeout, "stop ");
     // A board that is already known to be lost can not be stopped, and need not be.
     if (!stopped && result && state_ == State::kStreaming) result = stopped;
-    for (UsbToken token : links_[board].tokens) links_[board].port->Cancel(token);
+    link.CancelAll();
   }
   const nanoseconds deadline = clock_.Now() + kStopDeadline;
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    const Status ended = EndTransfers(board, deadline);
+  for (UsbBoardLink& link : links_) {
+    const Status ended = link.EndTransfers(deadline);
     if (!ended && result) result = ended;
   }
-  CountRejected();
+  CountFrames();
   state_ = State::kIdle;
   return result;
 }
 
-Status UsbRangeRing::EndTransfers(std::size_t board, nanoseconds deadline) {
-  BoardLink& link = links_[board];
-  while (link.port->in_flight() > 0) {
-    const auto completion = link.port->WaitCompletion(deadline);
-    if (!completion) {
-      return Fail("stop " + BoardName(boards_[board]), "USB transfers do not end within 1 s",
-                  "unplug the ring and restart the program");
-    }
-    std::erase(link.tokens, completion->token);
-  }
-  link.tokens.clear();
-  return {};
-}
-
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
+  if (host_ == nullptr) return ReopenBorrowed(deadline);
+  std::string missing;
+  std::optional<Error> first;
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    const Status found = Find(board, deadline);
+    if (found) continue;
+    missing += (missing.empty() ? "" : "; ") + BoardName(boards_[board]) + ": " + found.error().seen;
+    if (!first) first = found.error();
+  }
+  usable_ = first ? Status(Fail("open the ring again", missing, first->advice)) : CheckPlaces();
+  if (usable_) accepted_ = boards_;
+  return usable_;
+}
+
+Status UsbRangeRing::ReopenBorrowed(nanoseconds deadline) {
   std::vector<UsbPort*> ports;
-  for (const BoardLink& link : links_) ports.push_back(link.port);
+  for (const UsbBoardLink& link : links_) ports.push_back(link.port());
   while (true) {
     const auto known = IdentifyBoards(ports, options_);
     if (known) return {};
     if (clock_.Now() >= deadline) return Fail(known);
-    clock_.SleepUntil(std::min(deadline, clock_.Now() + std::chrono::milliseconds(50)));
+    clock_.SleepUntil(std::min(deadline, clock_.Now() + kBetweenTries));
   }
+}
+
+Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
+  UsbBoardLink& link = links_[board];
+  if (!link.broken()) {
+    if (IdentifyBoard(*link.port(), options_)) return {};
+  }
+  while (true) {
+    link.Attach(boards_[board], nullptr);  // closed first: the same device can not be opened twice
+    auto port = OpenPort(*host_, link.identity(), clock_, deadline);
+    if (!port) return FailUsb("open " + link.name(), port.error());
+    const auto known = Quieten(**port, options_);
+    if (known) {
+      boards_[board] = known->board;
+      link.Attach(known->board, std::move(*port));
+      return {};
+    }
+    // It may be there, but still starting.
+    if (clock_.Now() >= deadline) return Fail(known);
+    port->reset();
+    clock_.SleepUntil(std::min(deadline, clock_.Now() + kBetweenTries));
+  }
+}
+
+/// A board that came back as another one, or on a port where another belongs, would put its ranges in the wrong place.
+Status UsbRangeRing::CheckPlaces() const {
+  const std::vector<RingBoard>& before = accepted_;
+  for (std::size_t i = 0; i < boards_.size(); ++i) {
+    bool swapped = boards_[i].serial != before[i].serial || boards_[i].first_sensor != before[i].first_sensor;
+    for (std::size_t j = 0; j < boards_.size(); ++j) {
+      swapped = swapped || (i != j && boards_[i].port_path == before[j].port_path);
+    }
+    if (!swapped) continue;
+    return Fail("open the ring again",
+                "boards have changed places; before: " + BoardMap(before) + "; now: " + BoardMap(boards_),
+                "plug each board in where it was, or correct [ring] boards, and open the ring again");
+  }
+  return {};
 }
 
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
   if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
+  const std::string attempted = "read the clock of " + links_[board].name();
+  UsbPort* const port = links_[board].port();
+  if (port == nullptr) return Fail(attempted, "it is not plugged in", "plug it in, then open the ring again");
   ClockExchange exchange;
   exchange.host_before = clock_.Now();
-  const auto reply = links_[board].port->ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t),
-                                                   options_.control_timeout);
+  const auto reply =
+      port->ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t), options_.control_timeout);
   exchange.host_after = clock_.Now();
-  if (!reply) return FailUsb("read the clock of " + BoardName(boards_[board]), reply.error());
+  if (!reply) return FailUsb(attempted, reply.error());
   const auto time = DecodeDeviceTime(*reply);
   if (!time) return Fail(time);
   exchange.device_time = *time;
   return exchange;
+}
+
+/// What all boards can do.
+RingLimits CommonLimits(const std::vector<IdentifiedBoard>& known, std::uint16_t sensor_count) {
+  RingLimits limits{sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
+  for (const IdentifiedBoard& one : known) {
+    limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
+    limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
+  }
+  return limits;
 }
 
 }  // namespace
@@ -357,17 +390,36 @@ Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(const std::vector<UsbPort*>&
   for (const UsbPort* port : ports) ENSURE(port != nullptr, "every board has a port");
   const auto known = IdentifyBoards(ports, options);
   if (!known) return Fail(known);
-
-  RingLimits limits{options.sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
   std::vector<RingBoard> boards;
-  std::vector<UsbPort*> sorted_ports;
+  std::vector<UsbBoardLink> links;
   for (const IdentifiedBoard& one : *known) {
-    limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
-    limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
     boards.push_back(one.board);
-    sorted_ports.push_back(one.port);
+    links.emplace_back(one.board, *one.port);
   }
-  return std::make_unique<UsbRangeRing>(std::move(boards), sorted_ports, limits, std::move(options), clock);
+  const RingLimits limits = CommonLimits(*known, options.sensor_count);
+  return std::make_unique<UsbRangeRing>(std::move(boards), std::move(links), limits, std::move(options), nullptr,
+                                        clock);
+}
+
+Result<std::unique_ptr<RangeRing>> OpenUsbRangeRing(UsbHost& host, UsbRangeRingOptions options, Clock& clock) {
+  ENSURE(options.transfers_per_board > 0, "a board is read by transfers");
+  auto opened = OpenListedBoards(host, clock, clock.Now() + kOpenDeadline);
+  if (!opened) return Fail(opened);
+  std::vector<UsbPort*> ports;
+  for (const auto& port : *opened) ports.push_back(port.get());
+  const auto known = IdentifyBoards(ports, options);
+  if (!known) return Fail(known);
+  std::vector<RingBoard> boards;
+  std::vector<UsbBoardLink> links;
+  for (const IdentifiedBoard& one : *known) {
+    RETURN_IF_ERROR(Quieten(*one.port, options));
+    const auto owner =
+        std::find_if(opened->begin(), opened->end(), [&](const auto& port) { return port.get() == one.port; });
+    boards.push_back(one.board);
+    links.emplace_back(one.board, std::move(*owner));
+  }
+  const RingLimits limits = CommonLimits(*known, options.sensor_count);
+  return std::make_unique<UsbRangeRing>(std::move(boards), std::move(links), limits, std::move(options), &host, clock);
 }
 
 }  // namespace annulus

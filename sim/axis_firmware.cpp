@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/ensure.h"
+#include "firmware_iface/crc32c.h"
 #include "sim/world.h"
 
 namespace annulus::sim {
@@ -21,6 +22,8 @@ constexpr nanoseconds kSettle = std::chrono::milliseconds(50);
 constexpr double kStandstill_mm_s = 0.5;
 /// Further than the axis can go: a homing move ends at the switch.
 constexpr double kHomingTravelMm = 10'000.0;
+/// Beyond the home switch, where the carriage meets its buffer.
+constexpr double kBufferMm = 20.0;
 
 ModbusReply Refuse(std::uint8_t exception) {
   return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kException, exception, {}});
@@ -46,6 +49,29 @@ class RegisterWriter {
   std::vector<std::uint16_t> values_;
 };
 
+/// The same for reading.
+class RegisterReader {
+ public:
+  RegisterReader(std::uint16_t first, const std::vector<std::uint16_t>& values) : first_(first), values_(values) {}
+  [[nodiscard]] std::uint16_t Word(std::uint16_t address) const { return values_.at(address - first_); }
+  [[nodiscard]] double Thousandths(std::uint16_t address) const { return Long(address) / 1000.0; }
+  [[nodiscard]] double SignedThousandths(std::uint16_t address) const {
+    return static_cast<std::int32_t>(Long(address)) / 1000.0;
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t Long(std::uint16_t address) const {
+    return static_cast<std::uint32_t>(Word(address)) << 16 | Word(static_cast<std::uint16_t>(address + 1));
+  }
+  std::uint16_t first_;
+  const std::vector<std::uint16_t>& values_;
+};
+
+/// Whether registers address … address + count - 1 all lie in a block.
+bool Within(std::uint16_t address, std::size_t count, std::uint16_t first, std::size_t size) {
+  return count > 0 && address >= first && address - first + count <= size;
+}
+
 bool Has(std::uint16_t word, std::uint16_t bits) { return (word & bits) == bits; }
 
 }  // namespace
@@ -56,7 +82,26 @@ AxisDriveModel::AxisDriveModel(AxisDriveOptions options, Clock& clock)
       engine_(options.seed),
       motion_(options.start_z_mm, options.lag_s),
       command_(map_.CommandBlock().count, 0),
-      encoder_zero_mm_(options.start_z_mm) {}
+      encoder_zero_mm_(options.start_z_mm),
+      ready_at_(clock.Now() + options.boot_time),
+      last_count_(clock.Now()),
+      supervised_(clock.Now()) {
+  if (options_.boot_time.count() == 0) state_ = DriveState::kSwitchOnDisabled;
+}
+
+void AxisDriveModel::PowerCycle() {
+  const nanoseconds now = clock_.Now();
+  Advance(now);
+  motion_.Stop(now, options_.quick_stop_mm_s2);
+  std::fill(command_.begin(), command_.end(), std::uint16_t{0});
+  previous_control_ = 0;
+  state_ = DriveState::kNotReady;
+  ready_at_ = now + options_.boot_time;
+  fault_code_ = 0;
+  homed_ = acknowledged_ = homing_error_ = false;
+  homing_.reset();
+  encoder_zero_mm_ = motion_.At(now).z_mm;
+}
 
 nanoseconds AxisDriveModel::WireTime() {
   // Exponential, by inversion: the same on every standard library.
@@ -84,6 +129,7 @@ double AxisDriveModel::TrueSpeed(nanoseconds time) {
 }
 
 ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds timeout) {
+  if (closed_) return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kLinkLost, 0, "it is closed"});
   const nanoseconds sent = clock_.Now();
   const nanoseconds arrival = sent + WireTime();
   const nanoseconds replied = arrival + WireTime();
@@ -102,21 +148,80 @@ ModbusReply AxisDriveModel::Carry(const ModbusRequest& request, nanoseconds time
     if (ModbusReply written = WriteBlock(request, time); !written) return written;
     if (request.function != ModbusFunction::kWriteReadRegisters) return std::vector<std::uint16_t>{};
   }
-  const bool status = request.read_address >= map_.echo;
-  std::vector<std::uint16_t> registers = status ? StatusRegisters(time) : command_;
-  const std::size_t first = request.read_address - (status ? map_.echo : map_.CommandBlock().address);
-  if (request.read_count == 0 || first + request.read_count > registers.size()) return Refuse(2);
-  const auto begin = registers.begin() + static_cast<std::ptrdiff_t>(first);
-  return std::vector<std::uint16_t>(begin, begin + request.read_count);
+  struct Readable {
+    std::uint16_t first;
+    std::vector<std::uint16_t> registers;
+  };
+  const Readable blocks[] = {{map_.CommandBlock().address, command_},
+                             {map_.echo, StatusRegisters(time)},
+                             {AxisParameterRegisters::kZMin, ParameterRegisters()}};
+  for (const Readable& block : blocks) {
+    if (!Within(request.read_address, request.read_count, block.first, block.registers.size())) continue;
+    const auto begin = block.registers.begin() + (request.read_address - block.first);
+    return std::vector<std::uint16_t>(begin, begin + request.read_count);
+  }
+  return Refuse(2);
 }
 
 ModbusReply AxisDriveModel::WriteBlock(const ModbusRequest& request, nanoseconds time) {
-  const std::size_t first = request.write_address - map_.CommandBlock().address;
-  if (request.values.empty() || first + request.values.size() > command_.size()) return Refuse(2);
-  const std::uint16_t counter_before = command_[map_.counter];
-  std::copy(request.values.begin(), request.values.end(), command_.begin() + static_cast<std::ptrdiff_t>(first));
-  if (command_[map_.counter] != counter_before) last_heartbeat_ = time;
+  const std::size_t count = request.values.size();
+  if (Within(request.write_address, count, AxisParameterRegisters::kZMin, AxisParameterRegisters::kCount)) {
+    write_log_.push_back({time, request.write_address, request.values});
+    return WriteParameters(request);
+  }
+  const std::uint16_t address = map_.CommandBlock().address;
+  if (!Within(request.write_address, count, address, command_.size())) return Refuse(2);
+  std::vector<std::uint16_t> command = command_;
+  std::copy(request.values.begin(), request.values.end(), command.begin() + (request.write_address - address));
+  const std::uint16_t mode = command[map_.mode];
+  if (mode != 0 && mode != kModeProfilePosition && mode != kModeHoming) return Refuse(3);
+  const bool counted = command[map_.counter] != command_[map_.counter];
+  command_ = std::move(command);
+  if (counted) last_heartbeat_ = time;
+  if (request.write_address != map_.counter || count > 1) {
+    write_log_.push_back({time, request.write_address, request.values});
+  }
   ObeyControlWord(time);
+  if (counted) last_count_ = time;
+  return std::vector<std::uint16_t>{};
+}
+
+std::vector<std::uint16_t> AxisDriveModel::ParameterRegisters() const {
+  using P = AxisParameterRegisters;
+  RegisterWriter out(P::kZMin, P::kCount);
+  out.Long(P::kZMin, Thousandths(options_.limits.z_min.value()));
+  out.Long(P::kZMax, Thousandths(options_.limits.z_max.value()));
+  out.Long(P::kMaxSpeed, Thousandths(options_.limits.max_speed.value()));
+  out.Long(P::kMaxAcceleration, Thousandths(options_.limits.max_acceleration.value()));
+  out.Long(P::kQuickStop, Thousandths(options_.quick_stop_mm_s2));
+  out.Long(P::kFollowingLimit, Thousandths(options_.following_limit_mm));
+  out.Long(P::kHomeFast, Thousandths(options_.home_fast_mm_s));
+  out.Long(P::kHomeSlow, Thousandths(options_.home_slow_mm_s));
+  out.Word(P::kHeartbeat, static_cast<std::uint16_t>(options_.heartbeat.count()));
+  out.Word(P::kStartWindow, static_cast<std::uint16_t>(options_.start_window.count()));
+  return out.Take();
+}
+
+ModbusReply AxisDriveModel::WriteParameters(const ModbusRequest& request) {
+  using P = AxisParameterRegisters;
+  std::vector<std::uint16_t> registers = ParameterRegisters();
+  std::copy(request.values.begin(), request.values.end(), registers.begin() + (request.write_address - P::kZMin));
+  const RegisterReader in(P::kZMin, registers);
+  AxisDriveOptions changed = options_;
+  changed.limits = {Millimetres(in.SignedThousandths(P::kZMin)), Millimetres(in.SignedThousandths(P::kZMax)),
+                    MillimetresPerSecond(in.Thousandths(P::kMaxSpeed)),
+                    MillimetresPerSecondSquared(in.Thousandths(P::kMaxAcceleration))};
+  changed.quick_stop_mm_s2 = in.Thousandths(P::kQuickStop);
+  changed.following_limit_mm = in.Thousandths(P::kFollowingLimit);
+  changed.home_fast_mm_s = in.Thousandths(P::kHomeFast);
+  changed.home_slow_mm_s = in.Thousandths(P::kHomeSlow);
+  changed.heartbeat = std::chrono::milliseconds(in.Word(P::kHeartbeat));
+  changed.start_window = std::chrono::milliseconds(in.Word(P::kStartWindow));
+  for (const double positive : {changed.limits.max_speed.value(), changed.limits.max_acceleration.value(),
+                                changed.quick_stop_mm_s2, changed.home_fast_mm_s, changed.home_slow_mm_s}) {
+    if (!(positive > 0.0)) return Refuse(3);
+  }
+  options_ = changed;
   return std::vector<std::uint16_t>{};
 }
 
@@ -125,6 +230,7 @@ std::uint16_t AxisDriveModel::StatusWord(nanoseconds time) const {
   const bool homing_mode = command_[map_.mode] == kModeHoming;
   if (time >= motion_.rest_time() && !homing_) word |= status_word::kTargetReached;
   if (homing_mode ? homed_ && !homing_ : acknowledged_) word |= status_word::kAcknowledge;
+  if (homing_mode ? homing_error_ : fault_code_ == kFollowingFault) word |= status_word::kModeError;
   return word;
 }
 
@@ -145,11 +251,19 @@ std::vector<std::uint16_t> AxisDriveModel::StatusRegisters(nanoseconds time) {
   out.Long(map_.max_speed, Thousandths(options_.limits.max_speed.value()));
   out.Long(map_.max_acceleration, Thousandths(options_.limits.max_acceleration.value()));
   out.Word(map_.heartbeat_timeout, static_cast<std::uint16_t>(options_.heartbeat.count()));
+  out.Word(map_.start_window, static_cast<std::uint16_t>(options_.start_window.count()));
+  std::vector<std::byte> bytes;
+  for (const std::uint16_t word : ParameterRegisters()) {
+    bytes.push_back(static_cast<std::byte>(word >> 8));
+    bytes.push_back(static_cast<std::byte>(word & 0xFFU));
+  }
+  out.Long(map_.parameter_crc, Crc32c(bytes));
   return out.Take();
 }
 
 void AxisDriveModel::Advance(nanoseconds time) {
   if (time <= supervised_) return;
+  if (state_ == DriveState::kNotReady && time >= ready_at_) state_ = DriveState::kSwitchOnDisabled;
   if (homing_ && time >= homing_->end) FinishHoming();
   const nanoseconds silence_ends = last_heartbeat_ + options_.heartbeat;
   const bool watched = options_.heartbeat.count() > 0;
@@ -180,6 +294,7 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
   const std::uint16_t control = command_[map_.control_word];
   const std::uint16_t rising = static_cast<std::uint16_t>(control & ~previous_control_);
   previous_control_ = control;
+  if (state_ == DriveState::kNotReady) return;
   if (state_ == DriveState::kFault || state_ == DriveState::kFaultReaction) {
     if (state_ == DriveState::kFault && Has(rising, control_word::kFaultReset)) {
       state_ = DriveState::kSwitchOnDisabled;
@@ -196,6 +311,10 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
     return;
   }
   if (!Has(rising, control_word::kStart)) return;
+  if (options_.start_window.count() > 0 && time - last_count_ > options_.start_window) {
+    ++late_starts_;
+    return;
+  }
   if (command_[map_.mode] == kModeHoming) StartHoming(time);
   if (command_[map_.mode] == kModeProfilePosition) StartPositioning(time);
 }
@@ -244,8 +363,12 @@ void AxisDriveModel::StartPositioning(nanoseconds time) {
 }
 
 void AxisDriveModel::StartHoming(nanoseconds time) {
-  homed_ = false;
+  homed_ = homing_error_ = false;
   motion_log_.push_back(time);
+  if (!options_.home_switch_works) {
+    RunPastTheSwitch(time);
+    return;
+  }
   const double switch_z = options_.home_switch_z_mm;
   const double acceleration = options_.limits.max_acceleration.value();
   // The time at which the carriage passes the switch, by bisection of the motion in closed form.
@@ -268,13 +391,21 @@ void AxisDriveModel::StartHoming(nanoseconds time) {
   const nanoseconds edge = passes(start, false);
   motion_.Stop(edge, acceleration);
   // The drive knows the switch's height: what the encoder would have to read there.
-  homing_ = HomingRun{motion_.rest_time() + kSettle, motion_.At(edge).z_mm - switch_z};
+  homing_ = HomingRun{motion_.rest_time() + kSettle, motion_.At(edge).z_mm - switch_z, true};
+}
+
+/// The homing run of a drive whose switch never closes: it ends at the buffer.
+void AxisDriveModel::RunPastTheSwitch(nanoseconds time) {
+  motion_.MoveTo(time, options_.home_switch_z_mm + kBufferMm,
+                 {options_.home_fast_mm_s, options_.limits.max_acceleration.value()});
+  homing_ = HomingRun{motion_.rest_time() + kSettle, encoder_zero_mm_, false};
 }
 
 void AxisDriveModel::FinishHoming() {
   encoder_zero_mm_ = homing_->encoder_zero_mm;
+  homed_ = homing_->found;
+  homing_error_ = !homing_->found;
   homing_.reset();
-  homed_ = true;
 }
 
 }  // namespace annulus::sim

@@ -22,9 +22,13 @@ struct AxisDriveOptions {
   double home_switch_z_mm = 2240.0;  ///< True height at which the home switch closes, seen from below.
   double home_fast_mm_s = 60.0;
   double home_slow_mm_s = 10.0;
-  double lag_s = 0.004;                      ///< The motor follows its set-point with this time constant.
-  double following_limit_mm = 5.0;           ///< Following error that trips the drive.
+  double lag_s = 0.004;             ///< The motor follows its set-point with this time constant.
+  double following_limit_mm = 5.0;  ///< Following error that trips the drive.
+  bool home_switch_works = true;
   std::chrono::milliseconds heartbeat{200};  ///< Silence that stops an enabled drive; 0: never.
+  /// An order to move counts only so soon after the change of counter before it; 0: always.
+  std::chrono::milliseconds start_window{25};
+  std::chrono::nanoseconds boot_time{0};  ///< From power-up until the drive is ready to be switched on.
   std::chrono::nanoseconds wire_delay = std::chrono::microseconds(800);   ///< Request or reply, at least.
   std::chrono::nanoseconds wire_jitter = std::chrono::microseconds(100);  ///< Mean of what comes on top.
   double clock_drift_ppm = 12.0;                                          ///< Of the drive's own clock; positive: fast.
@@ -32,9 +36,24 @@ struct AxisDriveOptions {
   std::uint64_t seed = 1;
 };
 
-/// The firmware of a servo drive with its axis, behind the Modbus seam: registers of the default AxisRegisterMap, CiA
-/// 402 state machine, profile moves, homing on a switch, soft limits, following error, heartbeat. Motion is exact in
-/// virtual time; every transaction takes a request's and a reply's time on the wire.
+/// Parameters of the simulated drive that anybody may write (docs/wire_protocol.md): 32-bit values high word first.
+struct AxisParameterRegisters {
+  static constexpr std::uint16_t kZMin = 0x0200;             ///< i32, um; 607Dh 1.
+  static constexpr std::uint16_t kZMax = 0x0202;             ///< i32, um; 607Dh 2.
+  static constexpr std::uint16_t kMaxSpeed = 0x0204;         ///< u32, um/s; 607Fh.
+  static constexpr std::uint16_t kMaxAcceleration = 0x0206;  ///< u32, um/s^2; 60C5h.
+  static constexpr std::uint16_t kQuickStop = 0x0208;        ///< u32, um/s^2; 6085h.
+  static constexpr std::uint16_t kFollowingLimit = 0x020A;   ///< u32, um; 6065h.
+  static constexpr std::uint16_t kHomeFast = 0x020C;         ///< u32, um/s; 6099h 1.
+  static constexpr std::uint16_t kHomeSlow = 0x020E;         ///< u32, um/s; 6099h 2.
+  static constexpr std::uint16_t kHeartbeat = 0x0210;        ///< u16, ms.
+  static constexpr std::uint16_t kStartWindow = 0x0211;      ///< u16, ms.
+  static constexpr std::uint16_t kCount = 0x12;
+};
+
+/// The firmware of a servo drive with its axis, behind the Modbus seam: registers of the default AxisRegisterMap and
+/// its parameters, CiA 402 state machine, profile moves, homing on a switch, soft limits, following error, heartbeat,
+/// start window. Motion is exact in virtual time; every transaction takes a request's and a reply's time on the wire.
 ///
 /// A write is carried out when it arrives, whether or not its reply is in time. Thread-bound. Borrows the clock.
 class AxisDriveModel final : public ModbusLink {
@@ -43,7 +62,14 @@ class AxisDriveModel final : public ModbusLink {
 
   ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) override;
   void DiscardInput() override {}
-  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
+  void Close() override { closed_ = true; }
+  tl::expected<void, ModbusFailure> Reopen() override {
+    closed_ = false;
+    return {};
+  }
+
+  /// What a power failure does: the brake stops the axis, the drive starts anew and knows neither home nor orders.
+  void PowerCycle();
 
   /// Where the carriage really is at a time not after the clock's; brings the drive's own supervision up to that time.
   double TrueZ(std::chrono::nanoseconds time);
@@ -55,6 +81,16 @@ class AxisDriveModel final : public ModbusLink {
   [[nodiscard]] std::uint16_t fault_code() const { return fault_code_; }
   /// Times at which motion was started by an order, for judging what was carried out.
   [[nodiscard]] const std::vector<std::chrono::nanoseconds>& motion_log() const { return motion_log_; }
+  /// A write as it was carried out.
+  struct Write {
+    std::chrono::nanoseconds time{0};
+    std::uint16_t address = 0;
+    std::vector<std::uint16_t> values;
+  };
+  /// All writes but those of the counter alone.
+  [[nodiscard]] const std::vector<Write>& write_log() const { return write_log_; }
+  /// Orders to move that came after their start window and were not obeyed.
+  [[nodiscard]] int late_starts() const { return late_starts_; }
   [[nodiscard]] const AxisDriveOptions& options() const { return options_; }
 
  private:
@@ -65,11 +101,14 @@ class AxisDriveModel final : public ModbusLink {
   void Supervise(std::chrono::nanoseconds time);
   ModbusReply Carry(const ModbusRequest& request, std::chrono::nanoseconds time);
   ModbusReply WriteBlock(const ModbusRequest& request, std::chrono::nanoseconds time);
+  ModbusReply WriteParameters(const ModbusRequest& request);
   [[nodiscard]] std::vector<std::uint16_t> StatusRegisters(std::chrono::nanoseconds time);
+  [[nodiscard]] std::vector<std::uint16_t> ParameterRegisters() const;
   void ObeyControlWord(std::chrono::nanoseconds time);
   void ChangePowerState(std::chrono::nanoseconds time);
   void StartPositioning(std::chrono::nanoseconds time);
   void StartHoming(std::chrono::nanoseconds time);
+  void RunPastTheSwitch(std::chrono::nanoseconds time);
   void FinishHoming();
   void RaiseFault(std::uint16_t code, std::chrono::nanoseconds time);
   [[nodiscard]] double EncoderMm(std::chrono::nanoseconds time) const;
@@ -82,8 +121,9 @@ class AxisDriveModel final : public ModbusLink {
   AxisMotion motion_;
   std::vector<std::uint16_t> command_;  ///< The command block as last written.
   std::uint16_t previous_control_ = 0;
-  DriveState state_ = DriveState::kSwitchOnDisabled;
+  DriveState state_ = DriveState::kNotReady;
   std::uint16_t fault_code_ = 0;
+  bool closed_ = false;  ///< Of the link that the model itself is.
   bool homed_ = false;
   bool acknowledged_ = false;
   double encoder_zero_mm_ = 0.0;  ///< True height less encoder reading.
@@ -91,11 +131,17 @@ class AxisDriveModel final : public ModbusLink {
   struct HomingRun {
     std::chrono::nanoseconds end{0};
     double encoder_zero_mm = 0.0;
+    bool found = true;  ///< False: the switch never closed.
   };
   std::optional<HomingRun> homing_;
+  bool homing_error_ = false;
+  std::chrono::nanoseconds ready_at_;
   std::chrono::nanoseconds last_heartbeat_{0};
+  std::chrono::nanoseconds last_count_;  ///< When the counter changed last, before the write that is carried out now.
   std::chrono::nanoseconds supervised_{0};
   std::vector<std::chrono::nanoseconds> motion_log_;
+  std::vector<Write> write_log_;
+  int late_starts_ = 0;
 };
 
 }  // namespace annulus::sim

@@ -39,6 +39,28 @@ BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     board.seed = MixSeed(options.seed, kForBoards);
     boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock));
   }
+  if (options.can_buses > 0) HangOnCan(options, clock);
+}
+
+void BoothDevices::HangOnCan(const BoothOptions& options, Clock& clock) {
+  ENSURE(options.can_buses <= kBoards, "each bus has a board");
+  CanWireOptions wire = options.can_wire;
+  wire.fd = options.can_fd;
+  for (std::size_t bus = 0; bus < options.can_buses; ++bus) {
+    can_wires_.push_back(std::make_unique<CanWire>(wire, clock));
+    can_hosts_.push_back(&can_wires_.back()->Connect("can" + std::to_string(bus)));
+  }
+  for (std::size_t i = 0; i < kBoards; ++i) {
+    CanBoardOptions board;
+    board.board = options.board;
+    board.board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
+    board.board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
+    board.board.seed = MixSeed(options.seed, kForBoards);
+    board.node = static_cast<NodeId>(i + 1);
+    board.fd = options.can_fd;
+    can_boards_.push_back(std::make_unique<CanBoardModel>(board, world_, can_sync_, clock.Now()));
+    can_wires_[i * options.can_buses / kBoards]->Attach(*can_boards_.back());
+  }
 }
 
 std::vector<UsbPort*> BoothDevices::usb_ports() {

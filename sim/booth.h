@@ -8,10 +8,13 @@
 
 #include "base/clock.h"
 #include "base/ring_calibration.h"
+#include "firmware_iface/can_bus.h"
 #include "firmware_iface/modbus_link.h"
 #include "firmware_iface/usb_port.h"
 #include "sim/axis_firmware.h"
 #include "sim/beam.h"
+#include "sim/can_board_firmware.h"
+#include "sim/can_wire.h"
 #include "sim/ring_firmware.h"
 #include "sim/safety_chain.h"
 #include "sim/subject.h"
@@ -27,6 +30,10 @@ struct BoothOptions {
   std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
   AxisDriveOptions axis;                       ///< Its seed is replaced by one drawn from `seed`.
   RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
+  std::size_t can_buses =
+      0;                ///< Buses on which a second ring of the same boards hangs, 0 … 12; each is a share of them.
+  bool can_fd = false;  ///< FD buses, and boards that send one frame a level.
+  CanWireOptions can_wire;  ///< Of each bus; `fd` is set by can_fd.
 };
 
 /// What stands in a simulated booth: subject, ring of 12 boards, axis, seen only through the bus seams. On a manual
@@ -41,6 +48,8 @@ class BoothDevices {
   BoothDevices& operator=(const BoothDevices&) = delete;
 
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
+  /// The host's controllers on the CAN buses.
+  [[nodiscard]] const std::vector<CanBus*>& can_buses() { return can_hosts_; }
   [[nodiscard]] ModbusLink& axis_link() { return drive_; }
   /// The safety chain with its GPIO chip; whoever requests its lines must let them go before the booth.
   [[nodiscard]] SafetyChain& safety() { return safety_; }
@@ -48,10 +57,16 @@ class BoothDevices {
   /// For judging: what is really so.
   [[nodiscard]] AxisDriveModel& drive() { return drive_; }
   [[nodiscard]] RingBoardModel& board(std::size_t index) { return *boards_.at(index); }
+  [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return *can_boards_.at(index); }
+  [[nodiscard]] CanWire& can_wire(std::size_t index) { return *can_wires_.at(index); }
+  [[nodiscard]] World& world() { return world_; }
+  [[nodiscard]] SyncLine& can_sync() { return can_sync_; }
   [[nodiscard]] const RingCalibration& true_calibration() const { return calibration_; }
   [[nodiscard]] const Subject& subject() const { return *subject_; }
 
  private:
+  void HangOnCan(const BoothOptions& options, Clock& clock);
+
   std::unique_ptr<Subject> subject_;
   RingCalibration calibration_;
   BeamModel beam_;
@@ -60,6 +75,10 @@ class BoothDevices {
   SyncLine sync_;
   SafetyChain safety_;
   std::vector<std::unique_ptr<RingBoardModel>> boards_;
+  SyncLine can_sync_;
+  std::vector<std::unique_ptr<CanWire>> can_wires_;
+  std::vector<std::unique_ptr<CanBoardModel>> can_boards_;
+  std::vector<CanBus*> can_hosts_;
 };
 
 /// A whole simulated booth in virtual time.
@@ -71,12 +90,17 @@ class Booth {
 
   [[nodiscard]] ManualClock& clock() { return clock_; }
   [[nodiscard]] std::vector<UsbPort*> usb_ports() { return devices_.usb_ports(); }
+  [[nodiscard]] const std::vector<CanBus*>& can_buses() { return devices_.can_buses(); }
   [[nodiscard]] ModbusLink& axis_link() { return devices_.axis_link(); }
   [[nodiscard]] SafetyChain& safety() { return devices_.safety(); }
 
   /// For judging: what is really so.
   [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }
   [[nodiscard]] RingBoardModel& board(std::size_t index) { return devices_.board(index); }
+  [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return devices_.can_board(index); }
+  [[nodiscard]] CanWire& can_wire(std::size_t index) { return devices_.can_wire(index); }
+  [[nodiscard]] World& world() { return devices_.world(); }
+  [[nodiscard]] SyncLine& can_sync() { return devices_.can_sync(); }
   [[nodiscard]] const RingCalibration& true_calibration() const { return devices_.true_calibration(); }
   [[nodiscard]] const Subject& subject() const { return devices_.subject(); }
 

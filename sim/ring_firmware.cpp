@@ -11,26 +11,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::array<std::uint8_t, 3> kFirmwareVersion{1, 2, 0};
-constexpr std::uint32_t kMinLevelRateMhz = 15'000;
-constexpr std::uint32_t kMaxLevelRateMhz = 100'000;
 /// Between the two parts of a frame that does not go out in one.
 constexpr nanoseconds kSplitGap = std::chrono::microseconds(125);
-
-// What a frame's or a board's random number is for, so that each purpose has its own.
-constexpr std::uint64_t kForClock = 1;
-constexpr std::uint64_t kForDrift = 2;
-constexpr std::uint64_t kForDelay = 3;
-constexpr std::uint64_t kForControl = 4;
-constexpr std::uint64_t kForFire = 5;
-constexpr std::uint64_t kForArrival = 6;
-constexpr std::uint64_t kForSplit = 7;
-constexpr std::uint64_t kForBeam = 8;
-constexpr std::uint64_t kForTemperature = 9;
-
-nanoseconds Share(nanoseconds whole, double share) {
-  return nanoseconds(std::llround(static_cast<double>(whole.count()) * share));
-}
 
 tl::unexpected<UsbFailure> FailWith(UsbStatus status) { return tl::unexpected<UsbFailure>(UsbFailure{status, {}}); }
 
@@ -42,46 +24,41 @@ std::vector<std::byte> ToVector(const std::array<std::byte, N>& bytes) {
 }  // namespace
 
 RingBoardModel::RingBoardModel(RingBoardOptions options, World& world, SyncLine& sync, Clock& clock)
-    : options_(options), world_(world), sync_(sync), clock_(clock) {
-  options_.seed = MixSeed(options.seed, options.serial);
-  const auto unit = [this](std::uint64_t purpose) { return UnitFromBits(MixSeed(options_.seed, purpose)); };
+    : options_(options), core_(options, world), sync_(sync), clock_(clock) {
   identity_ = {0x1209, 0xA180, "RB" + std::to_string(options_.serial),
                "1-1." + std::to_string(options_.first_sensor / kSensorsPerBoard + 1)};
-  control_engine_.seed(MixSeed(options_.seed, kForControl));
-  clock_offset_ = Share(std::chrono::seconds(1000), unit(kForClock));
-  clock_drift_ = options_.clock_drift_ppm * 1e-6 * (2.0 * unit(kForDrift) - 1.0);
-  fire_delay_ = Share(options_.fire_delay, unit(kForDelay));
+  control_engine_.seed(core_.BoardBits(BoardDraw::kControl));
 }
 
-nanoseconds RingBoardModel::DeviceTime(nanoseconds time) const {
-  return clock_offset_ + time + nanoseconds(std::llround(static_cast<double>(time.count()) * clock_drift_));
+void RingBoardModel::UnplugAt(nanoseconds time) {
+  unplug_time_ = time;
+  if (drives_sync_) sync_.stop = std::min(sync_.stop, time);
 }
 
-std::uint64_t RingBoardModel::FrameBits(std::uint32_t sequence, std::uint64_t purpose) const {
-  const std::uint64_t frame = static_cast<std::uint64_t>(runs_) << 32 | sequence;
-  return MixSeed(MixSeed(options_.seed, purpose), frame);
+void RingBoardModel::PlugIn() {
+  ENSURE(in_flight() == 0, "the transfers of the unplugged board have been collected");
+  unplug_time_.reset();
+  armed_ = drives_sync_ = false;
+  fifo_.clear();
 }
 
-nanoseconds RingBoardModel::EdgeTime(std::uint32_t sequence) const {
-  return sync_.start + nanoseconds(std::llround(static_cast<double>(first_edge_ + sequence) * sync_.period_ns));
-}
+nanoseconds RingBoardModel::EdgeTime(std::uint32_t sequence) const { return sync_.EdgeTime(first_edge_ + sequence); }
 
 bool RingBoardModel::WillFire(std::uint32_t sequence) const {
   return armed_ && sync_.run == sync_run_ && EdgeTime(sequence) < sync_.stop;
 }
 
 nanoseconds RingBoardModel::FireTime(std::uint32_t sequence) const {
-  return EdgeTime(sequence) + fire_delay_ + Share(options_.fire_jitter, UnitFromBits(FrameBits(sequence, kForFire)));
+  return core_.FireTime(sequence, EdgeTime(sequence));
 }
 
 nanoseconds RingBoardModel::ArrivalTime(std::uint32_t sequence) const {
-  return FireTime(sequence) + options_.frame_delay +
-         Share(options_.frame_jitter, UnitFromBits(FrameBits(sequence, kForArrival)));
+  return core_.ReadyTime(sequence, FireTime(sequence));
 }
 
 nanoseconds RingBoardModel::ControlTime() {
   const double extra = -std::log1p(-UnitFromBits(control_engine_()));
-  return options_.control_delay + Share(options_.control_jitter, extra);
+  return options_.control_delay + ShareOf(options_.control_jitter, extra);
 }
 
 UsbResult<nanoseconds> RingBoardModel::Exchange(nanoseconds timeout) {
@@ -104,11 +81,11 @@ UsbResult<std::vector<std::byte>> RingBoardModel::ControlIn(UsbRequest request, 
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kIdentify: {
       BoardIdentity identity;
-      identity.firmware_version = kFirmwareVersion;
+      identity.firmware_version = kBoardFirmwareVersion;
       identity.serial = options_.serial;
       identity.first_sensor = options_.first_sensor;
-      identity.min_level_rate_mhz = kMinLevelRateMhz;
-      identity.max_level_rate_mhz = kMaxLevelRateMhz;
+      identity.min_level_rate_mhz = kBoardMinLevelRateMhz;
+      identity.max_level_rate_mhz = kBoardMaxLevelRateMhz;
       reply = ToVector(EncodeBoardIdentity(identity));
       break;
     }
@@ -128,27 +105,26 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kArm: {
       const auto rate = DecodeLevelRate(data);
-      if (!rate || *rate < kMinLevelRateMhz || *rate > kMaxLevelRateMhz) return FailWith(UsbStatus::kStall);
+      if (!rate || *rate < kBoardMinLevelRateMhz || *rate > kBoardMaxLevelRateMhz) return FailWith(UsbStatus::kStall);
       level_rate_mhz_ = *rate;
       armed_ = true;
-      ++runs_;
+      core_.StartRun();
       next_sequence_ = 0;
       sync_run_ = sync_.run;
       first_edge_ = 0;
       if (*taken >= sync_.stop) {
         ++sync_run_;  // the line is quiet: wait for it to start again
       } else if (*taken > sync_.start) {
-        first_edge_ = static_cast<std::uint64_t>(
-            std::ceil(static_cast<double>((*taken - sync_.start).count()) / sync_.period_ns));
+        first_edge_ = sync_.EdgeFrom(*taken);
       }
       return {};
     }
     case BoardRequest::kStartSync:
       if (!armed_) return FailWith(UsbStatus::kStall);
       // The period is counted on this board's own crystal; the first edge comes one period after the order.
-      sync_.period_ns = 1e12 / level_rate_mhz_ / (1.0 + clock_drift_);
+      sync_.period_ns = core_.CrystalNs(1e12 / level_rate_mhz_);
       sync_.start = *taken + nanoseconds(std::llround(sync_.period_ns));
-      sync_.stop = nanoseconds::max();
+      sync_.stop = unplug_time_.value_or(nanoseconds::max());
       ++sync_.run;
       drives_sync_ = true;
       return {};
@@ -231,9 +207,9 @@ void RingBoardModel::SendFrame(std::uint32_t sequence) {
     ++dropped_frames_;
     return;
   }
-  const auto bytes = EncodeLevelFrame(MeasureLevel(sequence));
+  const auto bytes = EncodeLevelFrame(core_.Measure(sequence, FireTime(sequence)));
   const nanoseconds arrival = ArrivalTime(sequence);
-  const std::uint64_t bits = FrameBits(sequence, kForSplit);
+  const std::uint64_t bits = core_.LevelBits(sequence, BoardDraw::kSplit);
   if (UnitFromBits(bits) >= options_.split_share) {
     fifo_.push_back({arrival, ToVector(bytes)});
     return;
@@ -241,30 +217,6 @@ void RingBoardModel::SendFrame(std::uint32_t sequence) {
   const auto cut = static_cast<std::ptrdiff_t>(1 + bits % (bytes.size() - 1));
   fifo_.push_back({arrival, {bytes.begin(), bytes.begin() + cut}});
   fifo_.push_back({arrival + kSplitGap, {bytes.begin() + cut, bytes.end()}});
-}
-
-LevelFrame RingBoardModel::MeasureLevel(std::uint32_t sequence) const {
-  const nanoseconds fire = FireTime(sequence);
-  const double z = world_.axis.TrueZ(fire);
-  const double time_s = static_cast<double>(fire.count()) * 1e-9;
-  std::mt19937_64 random(FrameBits(sequence, kForBeam));
-  LevelFrame frame;
-  frame.board_serial = options_.serial;
-  frame.sequence = sequence;
-  frame.device_time = DeviceTime(fire);
-  frame.temperature_centi_c = static_cast<std::int16_t>(3000 + MixSeed(options_.seed, kForTemperature) % 200);
-  for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
-    const std::size_t sensor = options_.first_sensor + i;
-    const BeamReading reading =
-        world_.beam.Measure(world_.subject, world_.ring.RayOf(sensor, z), time_s, world_.max_range_mm, random);
-    // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).
-    const SensorCalibration& own = world_.ring.sensors[sensor];
-    const double raw_um = std::round((reading.range_mm - own.range_offset_mm) / own.range_scale * 1000.0);
-    const bool returned = raw_um >= 0.0 && raw_um < static_cast<double>(kNoReturn);
-    frame.range_um[i] = returned ? static_cast<std::uint32_t>(raw_um) : kNoReturn;
-    frame.quality[i] = returned ? reading.quality : std::uint8_t{0};
-  }
-  return frame;
 }
 
 void RingBoardModel::MatchTransfers() {

@@ -58,8 +58,9 @@ class ForgetfulLink final : public ModbusLink {
     clock_.SleepUntil(sent + timeout);
     return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
   }
-  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
+  tl::expected<void, ModbusFailure> Reopen() override { return link_.Reopen(); }
   void DiscardInput() override { link_.DiscardInput(); }
+  void Close() override { link_.Close(); }
 
   std::function<void()> on_transaction;
   int transactions = 0;

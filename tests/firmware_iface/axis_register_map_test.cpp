@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <set>
+#include <string>
+
 namespace annulus {
 namespace {
 
@@ -32,7 +36,7 @@ TEST(AxisRegisterMap, SpansTheBlocksOfTheWireProtocol) {
   EXPECT_EQ(map.StatusBlock().address, 0x0100);
   EXPECT_EQ(map.StatusBlock().count, 8);
   EXPECT_EQ(map.IdentityBlock().address, 0x0100);
-  EXPECT_EQ(map.IdentityBlock().count, 21);
+  EXPECT_EQ(map.IdentityBlock().count, 24);
   EXPECT_TRUE(CheckRegisterMap(map));
 }
 
@@ -47,6 +51,48 @@ TEST(AxisRegisterMap, RefusesBlocksThatNoTransactionCarries) {
   whole.echo = 0;
   whole.heartbeat_timeout = 0xFFFF;
   EXPECT_FALSE(CheckRegisterMap(whole));
+}
+
+TEST(AxisRegisterMap, RefusesWhatOverlapsIsMissingOrHasNoScale) {
+  const auto refused = [](const AxisRegisterMap& map) {
+    const Status checked = CheckRegisterMap(map);
+    return checked ? std::string("accepted") : checked.error().seen;
+  };
+  AxisRegisterMap map;
+  map.position = map.fault_code;
+  EXPECT_THAT(refused(map), testing::HasSubstr("fault_code and position share"));
+  map = {};
+  map.target_position = static_cast<std::uint16_t>(map.profile_speed - 3);
+  EXPECT_THAT(refused(map), testing::HasSubstr("mode and target_position share"));
+  map = {};
+  map.echo = kNoRegister;
+  EXPECT_THAT(refused(map), testing::HasSubstr("echo has no register"));
+  map = {};
+  map.max_speed = 0xFFFE;  // its second half would be FFFFh
+  EXPECT_THAT(refused(map), testing::HasSubstr("max_speed ends beyond"));
+  map = {};
+  map.units_per_mm = 0.0;
+  EXPECT_THAT(refused(map), testing::HasSubstr("units_per_mm is not above 0"));
+  map = {};
+  map.declared_heartbeat_ms = std::nan("");
+  EXPECT_THAT(refused(map), testing::HasSubstr("declared_heartbeat_ms is no number"));
+  map = {};
+  map.counter_registers = 2;
+  EXPECT_THAT(refused(map), testing::HasSubstr("control_word lies in the counter's second register"));
+  map = {};
+  map.flags = map.drive_time = kNoRegister;
+  EXPECT_EQ(refused(map), "accepted");
+}
+
+TEST(AxisRegisterMap, NamesEveryRegisterOnce) {
+  std::set<std::string> names;
+  std::set<std::uint16_t> addresses;
+  const AxisRegisterMap map;
+  for (const AxisRegisterField& field : AxisRegisterFields()) {
+    EXPECT_TRUE(names.insert(field.name).second) << field.name;
+    EXPECT_TRUE(addresses.insert(map.*field.address).second) << field.name;
+  }
+  EXPECT_EQ(names.size(), 22U);
 }
 
 TEST(AxisRegisterMap, SaysWhatAFaultMeans) {

@@ -319,6 +319,16 @@ TEST_F(InterlockFaults, E7_AResetBeforeTheEnableRelayHasDroppedIsRefused) {
   EXPECT_TRUE(Run(seconds(1)).latched);
 }
 
+TEST_F(InterlockFaults, E7_AChainThatOpensRightAfterTheResetCancelsIt) {
+  Run(milliseconds(600));
+  chain_.PressResetAt(clock_.Now());
+  Run(milliseconds(50));
+  chain_.Set(In::kDoor, false);
+  Run(milliseconds(20));
+  chain_.Set(In::kDoor, true);
+  EXPECT_TRUE(Run(seconds(1)).latched);
+}
+
 TEST_F(InterlockFaults, E8_AResetStartsNothing) {
   SwitchOn();
   chain_.PressEstopAt(clock_.Now());
@@ -559,6 +569,57 @@ TEST_F(InterlockFaults, E13_AProgramThatIsKilledIsStoppedByTheWatchdogEvenIfItsO
   EXPECT_LE(off.at(ChainSignal::kStoB), milliseconds(500));
 }
 
+TEST_F(InterlockFaults, OutputsAreOrderedSafeWhenItEndsEvenIfTheChipWouldHoldThem) {
+  interlock_.reset();
+  sim::SafetyChainOptions sticky;
+  sticky.hold_on_release = true;
+  SafetyChain chain(sticky, clock_);
+  Open(chain);
+  for (int i = 0; i < 60; ++i) ASSERT_TRUE(Tick());
+  chain.PressResetAt(clock_.Now());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(Tick());
+  for (const Out output : {Out::kQuickStop, Out::kEmitters, Out::kEnable, Out::kLampRunning}) {
+    ASSERT_TRUE(interlock_->Set(output, true));
+    ASSERT_TRUE(chain.Pin(output));
+  }
+  interlock_.reset();
+  for (std::size_t i = 0; i < kInterlockOutputs; ++i) EXPECT_FALSE(chain.Pin(static_cast<Out>(i)));
+}
+
+/// Reading the levels takes a millisecond, in which the world goes on.
+class SlowLines final : public GpioLines {
+ public:
+  SlowLines(std::unique_ptr<GpioLines> lines, Clock& clock) : lines_(std::move(lines)), clock_(clock) {}
+  [[nodiscard]] std::size_t count() const override { return lines_->count(); }
+  GpioResult<std::vector<bool>> Read() override {
+    auto levels = lines_->Read();
+    clock_.SleepUntil(clock_.Now() + milliseconds(1));
+    return levels;
+  }
+  GpioResult<void> Write(std::size_t line, bool level) override { return lines_->Write(line, level); }
+  GpioResult<std::optional<GpioEdge>> WaitEdge(nanoseconds deadline) override { return lines_->WaitEdge(deadline); }
+
+ private:
+  std::unique_ptr<GpioLines> lines_;
+  Clock& clock_;
+};
+
+TEST_F(InterlockFaults, E1_AnInputThatOpensWhileLevelsAreReadIsSeenInThatReading) {
+  interlock_.reset();
+  auto lines = chain_.Request("", InterlockWiring::Default().Lines());
+  ASSERT_TRUE(lines);
+  auto made = MakeInterlock(std::make_unique<SlowLines>(std::move(*lines), clock_), clock_);
+  ASSERT_TRUE(made);
+  interlock_ = std::move(*made);
+  SwitchOn();
+  chain_.SetAt(clock_.Now() + std::chrono::microseconds(500), In::kDoor, false);
+  const auto reading = interlock_->Read();
+  ASSERT_TRUE(reading);
+  EXPECT_FALSE(reading->chain_closed);
+  EXPECT_FALSE((*reading)[In::kDoor]);
+  ExpectOutputsSafe("opened while reading");
+}
+
 TEST_F(InterlockFaults, BeatsThatComeTooFastDropTheWatchdogToo) {
   SwitchOn();
   const nanoseconds fast = clock_.Now();
@@ -641,6 +702,7 @@ class InterlockProperty : public testing::TestWithParam<int> {};
 
 TEST_P(InterlockProperty, NeverSaysClosedOfAChainThatWasOpenAndIsSafeWhenTheChipIsGone) {
   constexpr int kSeedsPerCase = 20;
+  int free = 0;
   for (int i = 0; i < kSeedsPerCase; ++i) {
     const auto seed = static_cast<std::uint64_t>(GetParam() * kSeedsPerCase + i);
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -660,7 +722,6 @@ TEST_P(InterlockProperty, NeverSaysClosedOfAChainThatWasOpenAndIsSafeWhenTheChip
     const nanoseconds gone_at = draw(2) == 0 ? nanoseconds::max() : nanoseconds(milliseconds(2000 + draw(8000)));
     bool gone = false;
     int closed = 0;
-    int free = 0;
     for (int step = 0; step < 600; ++step) {
       // Mostly people wait; now and then somebody does something, sometimes very fast.
       if (draw(12) == 0) {
@@ -703,8 +764,8 @@ TEST_P(InterlockProperty, NeverSaysClosedOfAChainThatWasOpenAndIsSafeWhenTheChip
       }
     }
     EXPECT_GT(closed, 0);
-    RecordProperty("free_readings", free);
   }
+  EXPECT_GT(free, 100) << "the booths never ran: the property says little";
 }
 
 INSTANTIATE_TEST_SUITE_P(TwoHundredSeeds, InterlockProperty, testing::Range(0, 10));

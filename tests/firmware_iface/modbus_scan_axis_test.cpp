@@ -1,14 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <deque>
-#include <functional>
-#include <random>
 
 #include "firmware_iface/scan_axis.h"
 #include "sim/axis_firmware.h"
+#include "sim/faulty_modbus_link.h"
 
 namespace annulus {
 namespace {
@@ -17,82 +14,8 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
 
-ModbusReply NoReply() { return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}}); }
-
-/// A serial line without transaction numbers: whatever reply comes first is taken for the answer. `fate` says for each
-/// reply how long it is on its way, how often it comes, and may damage it.
-class SerialLine final : public ModbusLink {
- public:
-  struct Fate {
-    nanoseconds delay{0};
-    int copies = 1;
-    bool cut = false;
-  };
-
-  SerialLine(ModbusLink& drive, Clock& clock) : drive_(drive), clock_(clock) {}
-
-  std::function<Fate()> fate;
-
-  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
-    const nanoseconds deadline = clock_.Now() + timeout;
-    Fate now = fate ? fate() : Fate{};
-    ModbusReply reply = drive_.Transact(request, timeout);
-    if (reply && now.cut && !reply->empty()) reply->pop_back();
-    for (int copy = 0; copy < now.copies; ++copy) wire_.push_back({clock_.Now() + now.delay * (copy + 1), reply});
-    std::sort(wire_.begin(), wire_.end(), [](const OnWire& a, const OnWire& b) { return a.arrival < b.arrival; });
-    if (wire_.empty() || wire_.front().arrival > deadline) {
-      clock_.SleepUntil(deadline);
-      return NoReply();
-    }
-    ModbusReply taken = wire_.front().reply;
-    clock_.SleepUntil(wire_.front().arrival);
-    wire_.pop_front();
-    return taken;
-  }
-  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
-  void DiscardInput() override {
-    while (!wire_.empty() && wire_.front().arrival <= clock_.Now()) wire_.pop_front();
-  }
-
- private:
-  struct OnWire {
-    nanoseconds arrival{0};
-    ModbusReply reply;
-  };
-  ModbusLink& drive_;
-  Clock& clock_;
-  std::deque<OnWire> wire_;
-};
-
-/// Holds requests back while frozen and delivers them all when thawed, as a peer does that was stopped for a while.
-class FreezingLine final : public ModbusLink {
- public:
-  FreezingLine(ModbusLink& drive, Clock& clock) : drive_(drive), clock_(clock) {}
-
-  int freeze_after = -1;  ///< Transactions that still pass; -1: all.
-
-  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
-    if (freeze_after != 0) {
-      if (freeze_after > 0) --freeze_after;
-      return drive_.Transact(request, timeout);
-    }
-    held_.push_back(request);
-    clock_.SleepUntil(clock_.Now() + timeout);
-    return NoReply();
-  }
-  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
-  void DiscardInput() override {}
-  std::size_t Thaw() {
-    freeze_after = -1;
-    for (const ModbusRequest& request : held_) static_cast<void>(drive_.Transact(request, milliseconds(30)));
-    return held_.size();
-  }
-
- private:
-  ModbusLink& drive_;
-  Clock& clock_;
-  std::vector<ModbusRequest> held_;
-};
+using sim::FaultyModbusLink;
+using sim::ModbusFate;
 
 /// A drive whose clock is the host's, so that tests can say when a reading was taken.
 sim::AxisDriveOptions HonestDrive() {
@@ -128,6 +51,13 @@ void EnableAndHome(ScanAxis& axis, Clock& clock) {
   const auto position = axis.Position();
   ASSERT_TRUE(position);
   ASSERT_TRUE(position->homed);
+}
+
+/// Homes an axis that is enabled.
+void HomeEnabled(ScanAxis& axis, Clock& clock) {
+  ASSERT_TRUE(axis.StartHoming());
+  for (int i = 0; i < 40; ++i) AwaitRest(axis, clock);
+  ASSERT_TRUE(axis.Position()->homed);
 }
 
 TEST(ModbusScanAxis, KnowsTheDriveAndItsLimits) {
@@ -234,47 +164,14 @@ TEST(ModbusScanAxis, TellsWhatAFaultOfTheDriveMeansAndResetsItOnce) {
   EXPECT_TRUE(axis->Enable());
 }
 
-TEST(ModbusScanAxis, NeverTakesALateOrRepeatedReplyForAFreshOne) {
-  ManualClock clock;
-  sim::AxisDriveModel drive(HonestDrive(), clock);
-  SerialLine line(drive, clock);
-  const auto axis = Made(line, clock);
-  std::mt19937_64 random(42);
-  // Delays of 0 to 5 times the reply time-out, and more than the quiet time; repeats; truncation.
-  line.fate = [&] {
-    SerialLine::Fate fate;
-    const std::uint64_t kind = random() % 20;
-    if (kind == 0) fate.delay = nanoseconds(static_cast<std::int64_t>(random() % 150'000'000));
-    if (kind == 1) fate.delay = nanoseconds(static_cast<std::int64_t>(random() % 30'000'000));
-    if (kind == 2) fate.copies = 2;
-    if (kind == 3) fate.copies = 0;
-    if (kind == 4) fate.cut = true;
-    if (kind == 5) fate = {nanoseconds(static_cast<std::int64_t>(random() % 400'000'000)), 2, false};
-    return fate;
-  };
-  int fresh = 0;
-  int wrong = 0;
-  for (int exchange = 0; exchange < 20'000; ++exchange) {
-    const auto position = axis->Position();
-    if (!position || !position->fresh) continue;
-    ++fresh;
-    // The drive's clock is the host's, cut to microseconds: a fresh reading was taken during its own exchange.
-    const bool own = position->time.device_time + std::chrono::microseconds(1) > position->time.host_before &&
-                     position->time.device_time <= position->time.host_after;
-    if (!own) ++wrong;
-  }
-  EXPECT_EQ(wrong, 0);
-  EXPECT_GT(fresh, 10'000);
-}
-
 TEST(ModbusScanAxis, AllowsOneUnansweredReadAndFailsAtTheSecond) {
   ManualClock clock;
   sim::AxisDriveModel drive(HonestDrive(), clock);
-  SerialLine line(drive, clock);
+  FaultyModbusLink line(drive, clock);
   const auto axis = Made(line, clock);
   ASSERT_TRUE(axis->Position());
   int lost = 1;
-  line.fate = [&] { return SerialLine::Fate{nanoseconds(0), lost-- > 0 ? 0 : 1, false}; };
+  line.SetPlan([&] { return ModbusFate{.copies = lost-- > 0 ? 0 : 1}; });
   const auto stale = axis->Position();
   ASSERT_TRUE(stale);
   EXPECT_FALSE(stale->fresh);
@@ -286,43 +183,126 @@ TEST(ModbusScanAxis, AllowsOneUnansweredReadAndFailsAtTheSecond) {
   EXPECT_FALSE(axis->Position());
 }
 
-TEST(ModbusScanAxis, IsSilentForTheQuietTimeAfterAnError) {
-  ManualClock clock;
-  sim::AxisDriveModel drive(HonestDrive(), clock);
-  SerialLine line(drive, clock);
-  const auto axis = Made(line, clock);
-  int lost = 1;
-  line.fate = [&] { return SerialLine::Fate{nanoseconds(0), lost-- > 0 ? 0 : 1, false}; };
-  ASSERT_TRUE(axis->Position());
-  const nanoseconds failed = clock.Now();
-  const auto next = axis->Position();
-  ASSERT_TRUE(next);
-  EXPECT_GE(next->time.host_before - failed, ModbusAxisOptions{}.quiet_time);
-}
-
-TEST(ModbusScanAxis, NeverMovesByAnOrderThatWasReportedAsFailed) {
-  // Which transaction of MoveTo is the first to be held back.
-  for (const int passing : {0, 1, 2}) {
+TEST(ModbusScanAxis, IsSilentForTheQuietTimeAfterAnyError) {
+  const ModbusFate errors[] = {{.copies = 0}, {.damaged = true}, {.exception = std::uint8_t{6}}, {.missing = 1}};
+  for (const ModbusFate& error : errors) {
     ManualClock clock;
     sim::AxisDriveModel drive(HonestDrive(), clock);
-    FreezingLine line(drive, clock);
+    FaultyModbusLink line(drive, clock);
     const auto axis = Made(line, clock);
-    EnableAndHome(*axis, clock);
-    const std::size_t motions = drive.motion_log().size();
-    line.freeze_after = passing;
-    const Status moved = axis->MoveTo(Millimetres(300.0), MillimetresPerSecond(300.0));
-    EXPECT_FALSE(moved);
-    EXPECT_FALSE(axis->QuickStop());
-    EXPECT_THAT(axis->Disable().error().advice, HasSubstr("emergency stop"));
-    clock.SleepUntil(clock.Now() + std::chrono::seconds(2));
-    const double z = drive.TrueZ(clock.Now());
-    const std::size_t started = drive.motion_log().size();
-    EXPECT_LE(started, motions + (passing == 2 ? 1U : 0U));  // 2: the order had arrived before the freeze
-    EXPECT_GT(line.Thaw(), 0U);
-    clock.SleepUntil(clock.Now() + std::chrono::seconds(2));
-    EXPECT_EQ(drive.motion_log().size(), started);
-    EXPECT_NEAR(drive.TrueZ(clock.Now()), z, 1e-6);
+    int errors_left = 1;
+    line.SetPlan([&] { return errors_left-- > 0 ? error : ModbusFate{}; });
+    ASSERT_TRUE(axis->Position());
+    const nanoseconds failed = clock.Now();
+    const auto next = axis->Position();
+    ASSERT_TRUE(next);
+    EXPECT_GE(next->time.host_before - failed, ModbusAxisOptions{}.quiet_time);
   }
+}
+
+TEST(ModbusScanAxis, MovesADriveOfAnotherScaleAndWordOrder) {
+  // The simulated drive behind a translator: counts of 1/40 mm, low word first, no clock, flags or parameters of ours.
+  class Translator final : public ModbusLink {
+   public:
+    explicit Translator(ModbusLink& drive) : drive_(drive) {}
+    ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+      ModbusRequest told = request;
+      if (told.values.size() > 2) {
+        for (const std::size_t at : {3U, 5U, 7U}) Scale(told.values, at, 25);
+      }
+      ModbusReply reply = drive_.Transact(told, timeout);
+      if (reply && request.read_count > 4) {
+        const auto um = static_cast<std::int32_t>(static_cast<std::uint32_t>((*reply)[3]) << 16 | (*reply)[4]);
+        const auto counts = static_cast<std::uint32_t>(um / 25);
+        (*reply)[3] = static_cast<std::uint16_t>(counts);
+        (*reply)[4] = static_cast<std::uint16_t>(counts >> 16);
+      }
+      return reply;
+    }
+    void DiscardInput() override {}
+    void Close() override {}
+    tl::expected<void, ModbusFailure> Reopen() override { return {}; }
+
+   private:
+    static void Scale(std::vector<std::uint16_t>& values, std::size_t at, int factor) {
+      const auto counts =
+          static_cast<std::int32_t>(static_cast<std::uint32_t>(values[at + 1]) << 16 | values[at]) * factor;
+      values[at] = static_cast<std::uint16_t>(static_cast<std::uint32_t>(counts) >> 16);
+      values[at + 1] = static_cast<std::uint16_t>(counts);
+    }
+    ModbusLink& drive_;
+  };
+  AxisRegisterMap map;
+  map.word_order = WordOrder::kLowFirst;
+  map.units_per_mm = map.units_per_mm_s = map.units_per_mm_s2 = 40.0;
+  map.drive_time = map.flags = map.protocol_version = map.firmware_version = map.serial = kNoRegister;
+  map.z_min = map.z_max = map.max_speed = map.max_acceleration = kNoRegister;
+  map.heartbeat_timeout = map.start_window = map.parameter_crc = kNoRegister;
+  map.declared_z_max_mm = 2200.0;
+  map.declared_max_speed_mm_s = 250.0;
+  map.declared_max_acceleration_mm_s2 = 1000.0;
+  ManualClock clock;
+  sim::AxisDriveModel drive(HonestDrive(), clock);
+  Translator link(drive);
+  const auto unwatched = MakeModbusScanAxis(link, map, clock);
+  ASSERT_FALSE(unwatched);
+  EXPECT_THAT(unwatched.error().seen, HasSubstr("heartbeat time-out is off"));
+  map.declared_heartbeat_ms = 200.0;
+  auto axis = MakeModbusScanAxis(link, map, clock);
+  ASSERT_TRUE(axis) << axis.error().Text();
+  EXPECT_EQ((*axis)->identity().limits.z_max, Millimetres(2200.0));
+  EnableAndHome(**axis, clock);
+  ASSERT_TRUE((*axis)->MoveTo(Millimetres(1500.5), MillimetresPerSecond(250.0)));
+  const AxisPosition position = AwaitRest(**axis, clock);
+  EXPECT_NEAR(position.z.value(), 1500.5, 0.03);
+  EXPECT_NEAR(drive.TrueZ(clock.Now()), 1500.5, 0.03);
+  EXPECT_EQ(position.time.device_time, position.host_time());
+  EXPECT_TRUE((*axis)->QuickStop());
+}
+
+TEST(ModbusScanAxis, RefusesADriveThatDoesNotEcho) {
+  ManualClock clock;
+  sim::AxisDriveModel drive(HonestDrive(), clock);
+  AxisRegisterMap map;
+  map.echo = 0x0107;  // the flags: a register that the drive sets by itself
+  map.flags = kNoRegister;
+  const auto axis = MakeModbusScanAxis(drive, map, clock);
+  ASSERT_FALSE(axis);
+  EXPECT_THAT(axis.error().seen, HasSubstr("a reply to transaction 0 instead of"));
+}
+
+TEST(ModbusScanAxis, WaitsForAnAxisThatStartsUp) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.boot_time = milliseconds(300);
+  sim::AxisDriveModel drive(options, clock);
+  const auto axis = Made(drive, clock);
+  EXPECT_EQ(drive.state(), DriveState::kNotReady);
+  ASSERT_TRUE(axis->Enable());
+  EXPECT_GE(clock.Now(), milliseconds(300));
+  HomeEnabled(*axis, clock);
+  drive.PowerCycle();
+  clock.SleepUntil(clock.Now() + milliseconds(500));
+  const auto position = axis->Position();
+  ASSERT_FALSE(position);
+  EXPECT_THAT(position.error().seen, HasSubstr("switch on disabled"));
+}
+
+TEST(ModbusScanAxis, TellsThatTheHomeSwitchWasNotFound) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.home_switch_works = false;
+  sim::AxisDriveModel drive(options, clock);
+  const auto axis = Made(drive, clock);
+  ASSERT_TRUE(axis->Enable());
+  ASSERT_TRUE(axis->StartHoming());
+  Result<AxisPosition> position = axis->Position();
+  for (int i = 0; i < 2000 && position; ++i) {
+    clock.SleepUntil(clock.Now() + milliseconds(5));
+    position = axis->Position();
+  }
+  ASSERT_FALSE(position);
+  EXPECT_THAT(position.error().Text(), HasSubstr("check the home switch"));
 }
 
 TEST(ModbusScanAxis, KeepsTheDrivesTimeRisingWhenItsCounterWraps) {

@@ -1,11 +1,15 @@
+#include "sim/faulty_usb_port.h"
+#include "sim/usb_host_model.h"
 #include "tests/firmware_iface/range_ring_contract.h"
 #include "tests/sim/booth_fixture.h"
 
 namespace annulus::contract {
 namespace {
 
+using std::chrono::milliseconds;
+
 /// The boards of the simulated booth through ports that never close, in virtual time.
-class BorrowedPorts final : public RangeRingFixture {
+class BorrowedPorts : public RangeRingFixture {
  public:
   BorrowedPorts() : booth_(Options()) {}
 
@@ -26,6 +30,9 @@ class BorrowedPorts final : public RangeRingFixture {
     return booth_.board(board).DeviceTime(host);
   }
 
+ protected:
+  [[nodiscard]] sim::Booth& booth() { return booth_; }
+
  private:
   static sim::BoothOptions Options() {
     sim::BoothOptions options = sim::CylinderBooth();
@@ -36,9 +43,51 @@ class BorrowedPorts final : public RangeRingFixture {
   mutable sim::Booth booth_;
 };
 
+/// The same boards on a bus where they can be unplugged, through ports of which `plan` says how they lie.
+class SimulatedBus final : public BorrowedPorts {
+ public:
+  explicit SimulatedBus(const sim::UsbFaultPlan& plan) : host_(booth().clock()) {
+    for (std::size_t i = 0; i < sim::Booth::kBoards; ++i) host_.Add(booth().board(i));
+    host_.wrap = [this, plan](std::unique_ptr<UsbPort> port) {
+      sim::UsbFaultPlan own = plan;
+      own.seed += ++ports_;
+      return std::make_unique<sim::FaultyUsbPort>(std::move(port), own, log_);
+    };
+  }
+  ~SimulatedBus() override { EXPECT_EQ(host_.leaked_transfers(), 0U); }
+
+  Result<std::unique_ptr<RangeRing>> Make() override { return OpenUsbRangeRing(host_, {}, clock()); }
+  [[nodiscard]] bool CanUnplug() const override { return true; }
+  void Unplug(std::size_t board) override { host_.UnplugAt(board, clock().Now()); }
+  void Replug(std::size_t board) override { host_.PlugAt(board, clock().Now() + milliseconds(300), milliseconds(900)); }
+
+ private:
+  std::uint64_t ports_ = 0;
+  sim::UsbFaultLog log_;
+  sim::UsbHostModel host_;
+};
+
+/// Faults that a ring must bear without anybody noticing.
+sim::UsbFaultPlan Bearable(sim::UsbFaultPlan::UnplugEnding ending) {
+  sim::UsbFaultPlan plan;
+  plan.timeout_share = 0.1;
+  plan.cancel_completes_share = 0.5;
+  plan.unplug_ending = ending;
+  return plan;
+}
+
+template <class Fixture, class... Arguments>
+RangeRingCase Case(const char* name, Arguments... arguments) {
+  return {name, [arguments...] { return std::make_unique<Fixture>(arguments...); }};
+}
+
+using Ending = sim::UsbFaultPlan::UnplugEnding;
 INSTANTIATE_TEST_SUITE_P(Usb, RangeRingContract,
-                         testing::Values(RangeRingCase{"borrowed_ports",
-                                                       [] { return std::make_unique<BorrowedPorts>(); }}),
+                         testing::Values(Case<BorrowedPorts>("borrowed_ports"),
+                                         Case<SimulatedBus>("simulated_bus", sim::UsbFaultPlan{}),
+                                         Case<SimulatedBus>("faulty_bus", Bearable(Ending::kAny)),
+                                         Case<SimulatedBus>("unplug_ends_in_error", Bearable(Ending::kError)),
+                                         Case<SimulatedBus>("unplug_ends_well", Bearable(Ending::kCompleted))),
                          NameOfCase);
 
 }  // namespace

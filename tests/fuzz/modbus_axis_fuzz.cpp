@@ -73,6 +73,7 @@ class FuzzedLink final : public annulus::ModbusLink {
     return registers;
   }
   void DiscardInput() override {}
+  void Close() override {}
   tl::expected<void, ModbusFailure> Reopen() override { return {}; }
 
   /// The registers of the last transaction, if they answered it.
@@ -88,6 +89,7 @@ class FuzzedLink final : public annulus::ModbusLink {
     };
     registers[map.protocol_version - first] = annulus::kAxisProtocolVersion;
     registers[map.heartbeat_timeout - first] = 200;
+    registers[map.start_window - first] = 25;
     put(map.z_min, 0);
     put(map.z_max, 2'000'000);
     put(map.max_speed, 300'000);

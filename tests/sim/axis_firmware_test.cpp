@@ -198,7 +198,7 @@ TEST_F(AxisDriveTest, AnswersExceptionTwoOutsideItsRegisters) {
     const ModbusReply reply = drive_.Transact(request, milliseconds(100));
     return !reply && reply.error().fault == ModbusFault::kException && reply.error().exception_code == 2;
   };
-  EXPECT_TRUE(refused({ModbusFunction::kReadRegisters, 0, {}, 0x0115, 1}));
+  EXPECT_TRUE(refused({ModbusFunction::kReadRegisters, 0, {}, 0x0118, 1}));
   EXPECT_TRUE(refused({ModbusFunction::kReadRegisters, 0, {}, 0x0100, 0}));
   EXPECT_TRUE(refused({ModbusFunction::kReadRegisters, 0, {}, 0x0009, 1}));
   EXPECT_TRUE(refused({ModbusFunction::kWriteRegister, 0x0100, {1}, 0, 0}));

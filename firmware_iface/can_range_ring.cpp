@@ -1,0 +1,553 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/ensure.h"
+#include "firmware_iface/can_ring_boot.h"
+#include "firmware_iface/can_ring_bus.h"
+#include "firmware_iface/can_timing.h"
+#include "firmware_iface/range_ring.h"
+#include "firmware_iface/ring_boards.h"
+#include "firmware_iface/ring_objects.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// Leaky bucket of lost levels of a board: one more per lost level, this much less per good one, an Error at the limit.
+constexpr double kLossLeak = 1.0 / 30.0;
+constexpr double kLossLimit = 4.0;
+/// Beats that may fail in a row, and what one may be late by.
+constexpr int kMissedBeats = 3;
+constexpr nanoseconds kBeatSlack = milliseconds(20);
+/// A controller that is error-passive for longer than this is not started with.
+constexpr nanoseconds kMostPassive = std::chrono::seconds(1);
+/// Restarts from bus-off: not faster, not more often between two good starts.
+constexpr nanoseconds kRestartPause = std::chrono::seconds(1);
+constexpr int kMostRestarts = 5;
+constexpr nanoseconds kReopenPause = milliseconds(50);
+/// Share of a bus that level frames may fill.
+constexpr double kMostLoad = 0.8;
+/// Attempts of orders while stopping: the time is bounded, and boards that do not hear stop with their SYNC.
+constexpr int kStopAttempts = 2;
+
+const char* StateText(RangeRing::State state) {
+  switch (state) {
+    case RangeRing::State::kIdle:
+      return "idle";
+    case RangeRing::State::kStreaming:
+      return "streaming";
+    case RangeRing::State::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+tl::unexpected<Error> FailWith(const Error& error) { return tl::unexpected<Error>(error); }
+
+class CanRangeRing final : public RangeRing {
+ public:
+  CanRangeRing(std::vector<CanRingBus> buses, std::vector<CanRingBoard> links, CanRangeRingOptions options,
+               Clock& clock)
+      : buses_(std::move(buses)),
+        links_(std::move(links)),
+        options_(std::move(options)),
+        clock_(clock),
+        losses_(links_.size(), 0.0),
+        restarts_(buses_.size()) {
+    for (const CanRingBoard& link : links_) boards_.push_back(link.board);
+    SetLimits();
+    CountOverflows();
+  }
+  ~CanRangeRing() override {
+    if (state_ != State::kIdle) static_cast<void>(Stop());
+  }
+  CanRangeRing(const CanRangeRing&) = delete;
+  CanRangeRing& operator=(const CanRangeRing&) = delete;
+
+  [[nodiscard]] State state() const override { return state_; }
+  [[nodiscard]] const std::vector<RingBoard>& boards() const override { return boards_; }
+  [[nodiscard]] const RingLimits& limits() const override { return limits_; }
+  [[nodiscard]] const RingCounters& counters() const override { return counters_; }
+
+  Status Start(Hertz level_rate) override;
+  Status Stop() override;
+  Result<RingLevel> NextLevel(nanoseconds deadline) override;
+  Status Reopen(nanoseconds deadline) override;
+  Result<ClockExchange> ReadClock(std::size_t board) override;
+
+ private:
+  struct Restarts {
+    int count = 0;
+    std::optional<nanoseconds> last;
+  };
+
+  [[nodiscard]] Status Gate(const char* call, State required) const;
+  void SetLimits();
+  [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
+  [[nodiscard]] CanNode& NodeOf(std::size_t board) { return BusOf(board).nodes().at(links_[board].node); }
+  [[nodiscard]] Status CheckBuses();
+  [[nodiscard]] Status CheckNodes(CanNodeState required);
+  Status StartBoards(Hertz level_rate);
+  /// Orders all nodes into a state and asks each whether it is there.
+  Status EnterAll(NmtCommand command, NmtState state, int attempts);
+  /// The board that produces SYNC on a bus: its first.
+  [[nodiscard]] std::optional<std::size_t> ProducerOf(std::size_t bus) const;
+  Status Write(std::size_t board, SdoAddress address, std::vector<std::byte> data, int attempts);
+  Status WriteAndReadBack(std::size_t board, SdoAddress address, std::uint32_t value);
+  Status StartSync(std::size_t producer);
+  [[nodiscard]] bool HasDecision(std::size_t board);
+  void Await(std::size_t board, nanoseconds deadline);
+  [[nodiscard]] Status FirstFault();
+  [[nodiscard]] Status CheckAllSpoke();
+  Result<RingLevel> Assemble();
+  Status Put(std::size_t board, const CanLevel& arrived, RingLevel& level);
+  void CountOverflows();
+  void UpdateCounters();
+  Status BringBack(std::size_t bus, nanoseconds deadline);
+  Status RestartWithin(std::size_t bus, nanoseconds deadline);
+
+  std::vector<CanRingBus> buses_;
+  std::vector<CanRingBoard> links_;  ///< In the order of boards_.
+  CanRangeRingOptions options_;
+  Clock& clock_;
+  std::vector<RingBoard> boards_;
+  RingLimits limits_;
+  State state_ = State::kIdle;
+  RingCounters counters_;
+  std::uint64_t overflows_at_start_ = 0;
+  std::vector<double> losses_;  ///< Leaky buckets.
+  std::vector<Restarts> restarts_;
+  std::uint32_t wanted_ = 0;  ///< Sequence of the next level.
+  std::uint8_t clock_question_ = 0;
+};
+
+Status CanRangeRing::Gate(const char* call, State required) const {
+  if (state_ == required) return {};
+  return Fail(call, std::string("the ring is ") + StateText(state_) + ", it must be " + StateText(required),
+              "stop the ring and start it again");
+}
+
+/// The boards' own limits, and what each bus can carry.
+void CanRangeRing::SetLimits() {
+  limits_ = {options_.sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
+  std::vector<double> level_s(buses_.size(), 0.0);
+  for (const CanRingBoard& link : links_) {
+    limits_.min_level_rate = std::max(limits_.min_level_rate, link.limits.min_level_rate);
+    limits_.max_level_rate = std::min(limits_.max_level_rate, link.limits.max_level_rate);
+    CanBitRates rates;
+    if (const auto set_up = buses_[link.bus].bus().ReadLink()) {
+      rates.nominal = set_up->bit_rate.value_or(rates.nominal);
+      rates.data = set_up->data_bit_rate.value_or(rates.data);
+    }
+    nanoseconds time{0};
+    if (link.fd) {
+      time = LongestFrameTime(EncodeCanFdLevel(link.node, {}), rates);
+    } else {
+      for (const CanFrame& frame : EncodeCanLevel(link.node, {})) time += LongestFrameTime(frame, rates);
+    }
+    level_s[link.bus] += static_cast<double>(time.count()) * 1e-9;
+  }
+  for (const double seconds : level_s) {
+    if (seconds > 0.0) limits_.max_level_rate = std::min(limits_.max_level_rate, Hertz(kMostLoad / seconds));
+  }
+}
+
+Status CanRangeRing::Start(Hertz level_rate) {
+  RETURN_IF_ERROR(Gate("start the ring", State::kIdle));
+  if (!(level_rate >= limits_.min_level_rate && level_rate <= limits_.max_level_rate)) {
+    return Fail("start the ring",
+                "a level rate of " + std::to_string(level_rate.value()) + " Hz; boards and buses allow " +
+                    std::to_string(limits_.min_level_rate.value()) + " to " +
+                    std::to_string(limits_.max_level_rate.value()),
+                "correct the scan plan, or spread the boards over more buses");
+  }
+  RETURN_IF_ERROR(CheckBuses());
+  counters_ = {};
+  CountOverflows();
+  wanted_ = 0;
+  losses_.assign(links_.size(), 0.0);
+  state_ = State::kStreaming;
+  if (Status started = StartBoards(level_rate); !started) {
+    state_ = State::kFailed;
+    static_cast<void>(Stop());
+    return started;
+  }
+  for (Restarts& bus : restarts_) bus = {};
+  return {};
+}
+
+/// A bus in trouble is not started with.
+Status CanRangeRing::CheckBuses() {
+  for (CanRingBus& bus : buses_) {
+    bus.Collect(clock_.Now());
+    bus.WatchHeartbeats(kMissedBeats * options_.heartbeat + kBeatSlack);
+    if (bus.fault()) {
+      return Fail("start the ring", bus.fault()->seen + " (" + bus.fault()->attempted + ")",
+                  "open the ring again when the cause is gone");
+    }
+    const auto link = bus.bus().ReadLink();
+    if (!link) {
+      return Fail("start the ring", bus.name() + ": " + CanFailureText(link.error()), "check the CAN adapter");
+    }
+    if (link->restart_ms && *link->restart_ms > 0 && *link->restart_ms < 1000) {
+      return Fail("start the ring",
+                  bus.name() + " restarts from bus-off after " + std::to_string(*link->restart_ms) + " ms",
+                  "set restart-ms to 1000 or more, or to 0: ip link set " + bus.name() + " type can restart-ms 1000");
+    }
+    const auto& since = bus.health().passive_since;
+    if (since && clock_.Now() - *since > kMostPassive) {
+      return Fail("start the ring",
+                  bus.name() + " is " + CanStateText(bus.health().state) + " for " +
+                      std::to_string((clock_.Now() - *since) / milliseconds(1)) + " ms",
+                  "check the bus' wiring, termination and bit rate");
+    }
+  }
+  return CheckNodes(CanNodeState::kPreOperational);
+}
+
+/// Every board is heard, and while streaming in the state that it was ordered into.
+Status CanRangeRing::CheckNodes(CanNodeState required) {
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    const CanNode& node = NodeOf(board);
+    const std::string attempted = "watch " + BoardName(boards_[board]);
+    if (node.alien_serial || node.levels.foreign_serial()) {
+      return Fail(attempted,
+                  "another board" + (node.alien_serial ? ", " + std::to_string(*node.alien_serial) + "," : "") +
+                      " sends under its node id",
+                  "give each board of the ring its own node id");
+    }
+    const bool wrong = required == CanNodeState::kOperational && node.state != required;
+    if (node.state != CanNodeState::kLost && node.state != CanNodeState::kSilent && !wrong) continue;
+    return Fail(attempted, std::string("it is ") + CanNodeStateText(node.state),
+                "check the board's cable and supply, then open the ring again");
+  }
+  return {};
+}
+
+std::optional<std::size_t> CanRangeRing::ProducerOf(std::size_t bus) const {
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    if (links_[board].bus == bus) return board;
+  }
+  return std::nullopt;
+}
+
+Status CanRangeRing::Write(std::size_t board, SdoAddress address, std::vector<std::byte> data, int attempts) {
+  return BusOf(board).Download(links_[board].node, address, std::move(data), options_.sdo_timeout, attempts);
+}
+
+Status CanRangeRing::WriteAndReadBack(std::size_t board, SdoAddress address, std::uint32_t value) {
+  RETURN_IF_ERROR(Write(board, address, ObjectBytes(value), kSdoAttempts));
+  const auto read = ReadNumber<std::uint32_t>(BusOf(board), links_[board].node, address, options_.sdo_timeout);
+  if (!read) return Fail(read);
+  if (*read == value) return {};
+  return Fail("set object " + SdoAddressText(address) + " of " + BoardName(boards_[board]),
+              "it reads " + std::to_string(*read) + " instead of " + std::to_string(value), "start the ring again");
+}
+
+Status CanRangeRing::StartBoards(Hertz level_rate) {
+  const auto period_us = static_cast<std::uint32_t>(std::lround(1e6 / level_rate.value()));
+  // Only the change to operational sets a board's sequence back, so each must have been out of it.
+  RETURN_IF_ERROR(EnterAll(NmtCommand::kEnterPreOperational, NmtState::kPreOperational, kSdoAttempts));
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
+    const auto producer = ProducerOf(bus);
+    if (!producer) continue;
+    RETURN_IF_ERROR(WriteAndReadBack(*producer, kObjectSyncPeriod, period_us));
+    const auto drives = static_cast<std::uint8_t>(*producer == 0 ? 1 : 0);
+    RETURN_IF_ERROR(Write(*producer, kObjectDrivesSyncWire, ObjectBytes(drives), kSdoAttempts));
+  }
+  RETURN_IF_ERROR(EnterAll(NmtCommand::kStart, NmtState::kOperational, kSdoAttempts));
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    NodeOf(board).levels.Begin(std::chrono::microseconds(period_us));
+  }
+  // Those that follow the SYNC wire wait for its first edge; the one that drives it comes last.
+  for (std::size_t bus = buses_.size(); bus-- > 0;) {
+    const auto producer = ProducerOf(bus);
+    if (producer && *producer != 0) RETURN_IF_ERROR(StartSync(*producer));
+  }
+  return StartSync(0);
+}
+
+Status CanRangeRing::StartSync(std::size_t producer) {
+  return Write(producer, kObjectSyncId, ObjectBytes(static_cast<std::uint32_t>(CobId::kSync) | kSyncProducerBit),
+               kSdoAttempts);
+}
+
+Status CanRangeRing::EnterAll(NmtCommand command, NmtState state, int attempts) {
+  const std::string attempted = std::string("make the boards ") + NmtStateText(state);
+  for (CanRingBus& bus : buses_) RETURN_IF_ERROR(bus.Send(EncodeNmt({command, 0}), attempted));
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    const NodeId node = links_[board].node;
+    for (int attempt = 1;; ++attempt) {
+      const auto told = ReadNumber<std::uint8_t>(BusOf(board), node, kObjectNmtState, options_.sdo_timeout, attempts);
+      if (!told) return Fail(told);
+      if (*told == static_cast<std::uint8_t>(state)) break;
+      if (attempt == attempts) {
+        return Fail(attempted,
+                    BoardName(boards_[board]) + " is " + NmtStateText(static_cast<NmtState>(*told)) + " instead",
+                    "power-cycle the board");
+      }
+      RETURN_IF_ERROR(BusOf(board).Send(EncodeNmt({command, node}), attempted));
+    }
+    CanNode& known = NodeOf(board);
+    known.state = state == NmtState::kOperational ? CanNodeState::kOperational : CanNodeState::kPreOperational;
+    known.last_heard = clock_.Now();
+  }
+  return {};
+}
+
+bool CanRangeRing::HasDecision(std::size_t board) {
+  const CanLevelAssembler& levels = NodeOf(board).levels;
+  return levels.has_level() || levels.next() > wanted_;
+}
+
+void CanRangeRing::Await(std::size_t board, nanoseconds deadline) {
+  CanRingBus& bus = BusOf(board);
+  bool drained = false;
+  while (!HasDecision(board) && !bus.fault()) {
+    if (drained && clock_.Now() >= deadline) break;
+    drained = bus.CollectUntil(deadline, [&] { return HasDecision(board) || bus.fault(); });
+  }
+  // At the deadline, what came of the level or of a later one proves that the rest is lost.
+  if (!HasDecision(board)) static_cast<void>(NodeOf(board).levels.GiveUpOldest());
+}
+
+Result<RingLevel> CanRangeRing::NextLevel(nanoseconds deadline) {
+  RETURN_IF_ERROR(Gate("read a level of the ring", State::kStreaming));
+  for (std::size_t board = 0; board < links_.size(); ++board) Await(board, deadline);
+  const nanoseconds now = clock_.Now();
+  for (CanRingBus& bus : buses_) {
+    if (bus.Collect(now)) bus.WatchHeartbeats(kMissedBeats * options_.heartbeat + kBeatSlack);
+  }
+  UpdateCounters();
+  Status good = FirstFault();
+  if (good) good = CheckNodes(CanNodeState::kOperational);
+  if (good) good = CheckAllSpoke();
+  if (good) {
+    auto level = Assemble();
+    if (!level) state_ = State::kFailed;
+    return level;
+  }
+  state_ = State::kFailed;
+  return Fail(good);
+}
+
+Status CanRangeRing::FirstFault() {
+  for (const CanRingBus& bus : buses_) {
+    if (bus.fault()) return FailWith(*bus.fault());
+  }
+  return {};
+}
+
+Status CanRangeRing::CheckAllSpoke() {
+  std::string silent;
+  std::size_t count = 0;
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    if (HasDecision(board)) continue;
+    ++count;
+    silent += (silent.empty() ? "" : ", ") + BoardName(boards_[board]);
+  }
+  if (count == 0) return {};
+  const std::string attempted = "read level " + std::to_string(wanted_) + " of the ring";
+  if (count == links_.size()) {
+    return Fail(attempted, "nothing from any board", "check the ring's supply and its CAN buses, then start again");
+  }
+  return Fail(attempted, "nothing from " + silent, "check the board's cable and supply, then start again");
+}
+
+Result<RingLevel> CanRangeRing::Assemble() {
+  RingLevel level;
+  level.sequence = wanted_;
+  level.boards.resize(boards_.size());
+  level.range_mm.assign(limits_.sensor_count, std::numeric_limits<double>::quiet_NaN());
+  level.quality.assign(limits_.sensor_count, 0);
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    CanLevelAssembler& levels = NodeOf(board).levels;
+    if (levels.has_level() && levels.front().level.sequence == wanted_) {
+      RETURN_IF_ERROR(Put(board, levels.front(), level));
+      levels.Pop();
+      losses_[board] = std::max(0.0, losses_[board] - kLossLeak);
+      continue;
+    }
+    ++counters_.lost_frames;
+    losses_[board] += 1.0;
+    if (losses_[board] >= kLossLimit) {
+      return Fail("read level " + std::to_string(wanted_) + " of the ring",
+                  BoardName(boards_[board]) + " loses frames repeatedly",
+                  "check the bus' wiring and load and the host's load, then start again");
+    }
+  }
+  ++wanted_;
+  ++counters_.levels;
+  return level;
+}
+
+Status CanRangeRing::Put(std::size_t board, const CanLevel& arrived, RingLevel& level) {
+  const LevelFrame& told = arrived.level;
+  if ((told.status & kFrameEmitterFault) != 0) {
+    return Fail("read " + BoardName(boards_[board]), "it reports an emitter fault",
+                "keep the ring off and have the board replaced");
+  }
+  const auto wire_us = static_cast<std::uint32_t>(told.device_time / std::chrono::microseconds(1));
+  level.boards[board] = {true, NodeOf(board).clock.Unwrap(wire_us, arrived.host_arrival), arrived.host_arrival,
+                         told.temperature_centi_c / 100.0};
+  for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
+    if (told.range_um[i] == kNoReturn) continue;
+    level.range_mm[boards_[board].first_sensor + i] = told.range_um[i] / 1000.0;
+    level.quality[boards_[board].first_sensor + i] = told.quality[i];
+  }
+  return {};
+}
+
+void CanRangeRing::CountOverflows() {
+  overflows_at_start_ = 0;
+  for (CanRingBus& bus : buses_) overflows_at_start_ += bus.bus().overflows() + bus.health().lost_frames;
+}
+
+void CanRangeRing::UpdateCounters() {
+  counters_.duplicate_frames = 0;
+  counters_.rejected_frames = 0;
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    counters_.duplicate_frames += NodeOf(board).levels.duplicates();
+    counters_.rejected_frames += NodeOf(board).levels.rejected();
+  }
+  std::uint64_t overflows = 0;
+  for (CanRingBus& bus : buses_) overflows += bus.bus().overflows() + bus.health().lost_frames;
+  counters_.overflowed_frames = overflows - overflows_at_start_;
+}
+
+Status CanRangeRing::Stop() {
+  const bool was_well = state_ == State::kStreaming;
+  const int attempts = was_well ? kStopAttempts : 1;
+  Status result;
+  const auto keep = [&](Status done) {
+    // What is known to be broken can not be stopped, and need not be.
+    if (!done && result && was_well) result = std::move(done);
+  };
+  // The driver of the SYNC wire first: then no board fires any more, whatever else goes wrong.
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
+    const auto producer = ProducerOf(bus);
+    if (!producer || buses_[bus].health().state == CanState::kDown) continue;
+    keep(Write(*producer, kObjectSyncId, ObjectBytes(static_cast<std::uint32_t>(CobId::kSync)), attempts));
+  }
+  for (CanRingBus& bus : buses_) {
+    if (bus.health().state == CanState::kDown) continue;
+    keep(bus.Send(EncodeNmt({NmtCommand::kEnterPreOperational, 0}), "stop the boards on " + bus.name()));
+    bus.Collect(clock_.Now());
+  }
+  UpdateCounters();
+  for (std::size_t board = 0; board < links_.size(); ++board) NodeOf(board).levels.End();
+  state_ = State::kIdle;
+  return result;
+}
+
+Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
+  ENSURE(board < links_.size(), "the board is one of boards()");
+  if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
+  CanRingBus& bus = BusOf(board);
+  Result<std::uint32_t> told = Fail("read a board's clock", "not asked", "ask again");
+  ClockExchange exchange;
+  for (int attempt = 0; attempt < kSdoAttempts && !told; ++attempt) {
+    // Another sub-index for each question: a late answer is then never that of the next one.
+    clock_question_ = static_cast<std::uint8_t>(clock_question_ % kClockSubIndices + 1);
+    exchange.host_before = clock_.Now();
+    told = ReadNumber<std::uint32_t>(bus, links_[board].node, {kClockIndex, clock_question_}, options_.sdo_timeout, 1);
+    if (bus.fault()) break;
+  }
+  if (!told) return Fail(told);
+  // When the answer came, not when it was collected.
+  exchange.host_after = std::max(exchange.host_before, bus.last_reply_time());
+  exchange.device_time = NodeOf(board).clock.Unwrap(*told, exchange.host_after);
+  return exchange;
+}
+
+Status CanRangeRing::Reopen(nanoseconds deadline) {
+  RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) RETURN_IF_ERROR(BringBack(bus, deadline));
+  CanRangeRingOptions options = options_;
+  options.boot_deadline = std::clamp(deadline - clock_.Now(), nanoseconds(0), options_.boot_deadline);
+  auto links = BootCanBoards(buses_, options, clock_);
+  if (!links) return Fail(links);
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    const RingBoard& now = (*links)[board].board;
+    if (now.serial == boards_[board].serial && now.first_sensor == boards_[board].first_sensor) continue;
+    return Fail("open the ring again", BoardName(now) + " stands where " + BoardName(boards_[board]) + " was",
+                "connect the board that was there, or start the program again");
+  }
+  links_ = std::move(*links);
+  boards_.clear();
+  for (const CanRingBoard& link : links_) boards_.push_back(link.board);
+  SetLimits();
+  return {};
+}
+
+/// Binds a bus anew that was down or gone, and brings it back from bus-off.
+Status CanRangeRing::BringBack(std::size_t bus, nanoseconds deadline) {
+  CanRingBus& known = buses_[bus];
+  known.Collect(clock_.Now());
+  auto link = known.bus().ReadLink();
+  while (!link || link->state == CanState::kDown || known.health().state == CanState::kDown) {
+    const auto bound = known.Rebind();
+    if (bound && known.health().state != CanState::kDown) break;
+    if (clock_.Now() >= deadline) {
+      return Fail("open " + known.name() + " again",
+                  bound ? "the CAN interface is down" : CanFailureText(bound.error()),
+                  "bring the interface up (ip link set " + known.name() + " up) or plug in its adapter");
+    }
+    clock_.SleepUntil(std::min(deadline, clock_.Now() + kReopenPause));
+    link = known.bus().ReadLink();
+  }
+  known.Forgive();
+  return RestartWithin(bus, deadline);
+}
+
+/// Waits for a controller to come back from bus-off, and restarts it where nothing else does: not more than once a
+/// second, at most five times.
+Status CanRangeRing::RestartWithin(std::size_t bus, nanoseconds deadline) {
+  CanRingBus& known = buses_[bus];
+  Restarts& restarts = restarts_[bus];
+  std::string refused;
+  while (true) {
+    const auto link = known.bus().ReadLink();
+    if (link && link->state != CanState::kBusOff) return {};
+    const bool by_itself = link && link->restart_ms.value_or(0) > 0;
+    const nanoseconds due = restarts.last ? *restarts.last + kRestartPause : clock_.Now();
+    if (!by_itself && clock_.Now() >= due) {
+      if (restarts.count == kMostRestarts) {
+        return Fail("bring " + known.name() + " back from bus-off", "restarted 5 times in vain" + refused,
+                    "check the bus' wiring, termination and bit rate, then start the program again");
+      }
+      ++restarts.count;
+      restarts.last = clock_.Now();
+      if (const auto done = known.bus().Restart(); !done) refused = " (" + CanFailureText(done.error()) + ")";
+    }
+    if (clock_.Now() >= deadline) {
+      return Fail("bring " + known.name() + " back from bus-off", "it is still bus-off" + refused,
+                  "check the bus' wiring, termination and bit rate; set restart-ms to 1000");
+    }
+    known.Collect(std::min(deadline, clock_.Now() + kReopenPause));
+    known.Forgive();
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RangeRing>> MakeCanRangeRing(const std::vector<CanBus*>& buses, CanRangeRingOptions options,
+                                                    Clock& clock) {
+  ENSURE(!buses.empty(), "a ring hangs on a bus");
+  ENSURE(options.board_count >= 1 && options.board_count <= kLastNodeId, "node ids are 1 to 127");
+  ENSURE(options.heartbeat >= milliseconds(1) && options.heartbeat < std::chrono::seconds(60), "a heartbeat is set");
+  std::vector<CanRingBus> known;
+  for (CanBus* bus : buses) {
+    ENSURE(bus != nullptr, "every bus is there");
+    known.emplace_back(*bus, static_cast<NodeId>(options.board_count), clock);
+  }
+  auto links = BootCanBoards(known, options, clock);
+  if (!links) return Fail(links);
+  return std::make_unique<CanRangeRing>(std::move(known), std::move(*links), std::move(options), clock);
+}
+
+}  // namespace annulus

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "base/clock.h"
+#include "firmware_iface/axis_register_map.h"
+#include "firmware_iface/modbus_link.h"
+#include "firmware_iface/scan_axis.h"
+
+namespace annulus {
+
+/// The registers of one answered transaction, by address.
+class RegisterBlock {
+ public:
+  RegisterBlock(std::uint16_t address, WordOrder order, std::vector<std::uint16_t> values);
+
+  [[nodiscard]] std::uint16_t Word(std::uint16_t address) const;
+  [[nodiscard]] std::uint32_t Long(std::uint16_t address) const;
+  [[nodiscard]] std::int32_t Signed(std::uint16_t address) const;
+
+ private:
+  std::uint16_t address_;
+  WordOrder order_;
+  std::vector<std::uint16_t> values_;
+};
+
+/// A reply that is certainly the one to our request, and the host's clock around it.
+struct DriveAnswer {
+  RegisterBlock registers;
+  std::chrono::nanoseconds host_before{0};
+  std::chrono::nanoseconds host_after{0};
+};
+using DriveReply = tl::expected<DriveAnswer, ModbusFailure>;
+
+/// What we say to a drive and what it answers, such that a late, repeated or foreign reply is never taken for the
+/// answer: each transaction (FC23) writes the next counter and reads a block that holds the drive's echo of it. After
+/// any failure the dialogue is silent for the quiet time and then throws away what came. It keeps the command block
+/// that the drive should have. Thread-bound; borrows link and clock.
+class DriveDialogue {
+ public:
+  DriveDialogue(ModbusLink& link, const AxisRegisterMap& map, Clock& clock, ModbusAxisOptions options);
+
+  /// Reads a block that holds the echo; writes the counter only. One transaction, never repeated.
+  DriveReply Read(AxisRegisterMap::Block block);
+  /// The same, once more after a failure; up to three times more where the drive says that it is busy.
+  DriveReply ReadAgain(AxisRegisterMap::Block block);
+  /// Writes the command block with this control word and reads the status block. One transaction, never repeated.
+  DriveReply Order(std::uint16_t control);
+
+  /// Command registers to go out with the next Order.
+  void Set(std::uint16_t address, std::uint16_t value);
+  void SetLong(std::uint16_t address, std::uint32_t value);
+  /// All command registers 0: nothing of an earlier order goes out again.
+  void ClearCommand();
+
+  /// Closes the link at once. Everything fails until Reopen.
+  void Close();
+  tl::expected<void, ModbusFailure> Reopen();
+
+ private:
+  DriveReply Exchange(std::uint16_t address, std::vector<std::uint16_t> values, AxisRegisterMap::Block read);
+
+  ModbusLink& link_;
+  AxisRegisterMap map_;
+  AxisRegisterMap::Block command_block_;
+  AxisRegisterMap::Block status_block_;
+  Clock& clock_;
+  ModbusAxisOptions options_;
+  std::vector<std::uint16_t> command_;  ///< What the drive's command block should hold; [counter] is set per exchange.
+  std::uint16_t counter_;
+  bool quiet_ = false;  ///< An error happened; input is to be thrown away when quiet_until_ is over.
+  std::chrono::nanoseconds quiet_until_{0};
+};
+
+}  // namespace annulus

@@ -1,0 +1,76 @@
+#include "sim/ring_board_core.h"
+
+#include <cmath>
+#include <random>
+
+namespace annulus::sim {
+
+using std::chrono::nanoseconds;
+
+nanoseconds ShareOf(nanoseconds whole, double share) {
+  return nanoseconds(std::llround(static_cast<double>(whole.count()) * share));
+}
+
+nanoseconds SyncLine::EdgeTime(std::uint64_t edge) const {
+  return start + nanoseconds(std::llround(static_cast<double>(edge) * period_ns));
+}
+
+std::uint64_t SyncLine::EdgeFrom(nanoseconds time) const {
+  if (time <= start) return 0;
+  return static_cast<std::uint64_t>(std::ceil(static_cast<double>((time - start).count()) / period_ns));
+}
+
+RingBoardCore::RingBoardCore(const RingBoardOptions& options, World& world)
+    : options_(options), world_(world), seed_(MixSeed(options.seed, options.serial)) {
+  const auto unit = [this](BoardDraw purpose) { return UnitFromBits(BoardBits(purpose)); };
+  clock_offset_ = ShareOf(std::chrono::seconds(1000), unit(BoardDraw::kClock));
+  clock_drift_ = options_.clock_drift_ppm * 1e-6 * (2.0 * unit(BoardDraw::kDrift) - 1.0);
+  fire_delay_ = ShareOf(options_.fire_delay, unit(BoardDraw::kDelay));
+}
+
+std::uint64_t RingBoardCore::BoardBits(BoardDraw purpose) const {
+  return MixSeed(seed_, static_cast<std::uint64_t>(purpose));
+}
+
+std::uint64_t RingBoardCore::LevelBits(std::uint32_t sequence, BoardDraw purpose) const {
+  const std::uint64_t level = static_cast<std::uint64_t>(runs_) << 32 | sequence;
+  return MixSeed(BoardBits(purpose), level);
+}
+
+nanoseconds RingBoardCore::DeviceTime(nanoseconds time) const {
+  return clock_offset_ + time + nanoseconds(std::llround(static_cast<double>(time.count()) * clock_drift_));
+}
+
+nanoseconds RingBoardCore::FireTime(std::uint32_t sequence, nanoseconds edge) const {
+  return edge + fire_delay_ + ShareOf(options_.fire_jitter, UnitFromBits(LevelBits(sequence, BoardDraw::kFire)));
+}
+
+nanoseconds RingBoardCore::ReadyTime(std::uint32_t sequence, nanoseconds fire) const {
+  return fire + options_.frame_delay +
+         ShareOf(options_.frame_jitter, UnitFromBits(LevelBits(sequence, BoardDraw::kArrival)));
+}
+
+LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) const {
+  const double z = world_.axis.TrueZ(fire);
+  const double time_s = static_cast<double>(fire.count()) * 1e-9;
+  std::mt19937_64 random(LevelBits(sequence, BoardDraw::kBeam));
+  LevelFrame frame;
+  frame.board_serial = options_.serial;
+  frame.sequence = sequence;
+  frame.device_time = DeviceTime(fire);
+  frame.temperature_centi_c = static_cast<std::int16_t>(3000 + BoardBits(BoardDraw::kTemperature) % 200);
+  for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
+    const std::size_t sensor = options_.first_sensor + i;
+    const BeamReading reading =
+        world_.beam.Measure(world_.subject, world_.ring.RayOf(sensor, z), time_s, world_.max_range_mm, random);
+    // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).
+    const SensorCalibration& own = world_.ring.sensors[sensor];
+    const double raw_um = std::round((reading.range_mm - own.range_offset_mm) / own.range_scale * 1000.0);
+    const bool returned = raw_um >= 0.0 && raw_um < static_cast<double>(kNoReturn);
+    frame.range_um[i] = returned ? static_cast<std::uint32_t>(raw_um) : kNoReturn;
+    frame.quality[i] = returned ? reading.quality : std::uint8_t{0};
+  }
+  return frame;
+}
+
+}  // namespace annulus::sim

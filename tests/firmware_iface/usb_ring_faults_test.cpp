@@ -1,0 +1,461 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "firmware_iface/range_ring.h"
+#include "firmware_iface/usb_board_link.h"
+#include "sim/faulty_usb_port.h"
+#include "sim/usb_host_model.h"
+#include "tests/sim/booth_fixture.h"
+
+namespace annulus {
+namespace {
+
+using sim::Booth;
+using sim::FaultyUsbPort;
+using sim::UsbFaultLog;
+using sim::UsbFaultPlan;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kTrueRangeMm = 600.0 - sim::kCylinderRadiusMm;
+constexpr Hertz kRate{50.0};
+constexpr nanoseconds kPeriod = milliseconds(20);
+
+/// The ring on a bus of which everything can go wrong. Rows of the fault matrix are named in the tests.
+class UsbRangeRingFaults : public testing::Test {
+ protected:
+  UsbRangeRingFaults() : booth_(Options()), host_(booth_.clock()), plans_(Booth::kBoards), logs_(Booth::kBoards) {
+    for (std::size_t i = 0; i < Booth::kBoards; ++i) {
+      host_.Add(booth_.board(i));
+      plans_[i].seed = 100 + i;
+    }
+    host_.wrap = [this](std::unique_ptr<UsbPort> port) {
+      const auto board = static_cast<std::size_t>(std::stoul(port->identity().serial.substr(2)) - 1001);
+      return std::make_unique<FaultyUsbPort>(std::move(port), plans_[board], logs_[board]);
+    };
+  }
+  ~UsbRangeRingFaults() override {
+    ring_.reset();
+    EXPECT_EQ(host_.leaked_transfers(), 0U);
+    EXPECT_EQ(host_.open_ports(), 0U);
+  }
+  static sim::BoothOptions Options() {
+    sim::BoothOptions options = sim::CylinderBooth();
+    options.axis.start_z_mm = 500.0;
+    options.board.split_share = 0.0;  // one transfer is one frame, so that counts can be exact
+    return options;
+  }
+  Status Open(UsbRangeRingOptions options = {}) {
+    auto ring = OpenUsbRangeRing(host_, std::move(options), booth_.clock());
+    if (!ring) return Fail(ring);
+    ring_ = std::move(*ring);
+    return {};
+  }
+  void OpenAndStart() {
+    const Status opened = Open();
+    ASSERT_TRUE(opened) << opened.error().Text();
+    const Status started = ring_->Start(kRate);
+    ASSERT_TRUE(started) << started.error().Text();
+  }
+  [[nodiscard]] nanoseconds Now() { return booth_.clock().Now(); }
+  Result<RingLevel> Next() { return ring_->NextLevel(Now() + milliseconds(200)); }
+  /// Reads at most `most` levels; every reading that there is must be true.
+  Result<RingLevel> Read(int most) {
+    Result<RingLevel> level = Fail("read", "nothing yet", "");
+    for (int i = 0; i < most; ++i) {
+      level = Next();
+      if (!level) return level;
+      ++levels_;
+      for (std::size_t sensor = 0; sensor < 180; ++sensor) {
+        const bool present = level->boards[sensor / 15].present;
+        if (!present) ++missing_;
+        if (present != (std::abs(level->range_mm[sensor] - kTrueRangeMm) < 0.001)) ++false_samples_;
+      }
+    }
+    return level;
+  }
+  [[nodiscard]] UsbFaultLog Sum() const {
+    UsbFaultLog sum;
+    for (const UsbFaultLog& log : logs_) {
+      sum.shortened += log.shortened;
+      sum.emptied += log.emptied;
+      sum.damaged += log.damaged;
+      sum.lengthened += log.lengthened;
+      sum.added_bytes += log.added_bytes;
+      sum.timed_out += log.timed_out;
+      sum.stalls += log.stalls;
+    }
+    return sum;
+  }
+
+  Booth booth_;
+  sim::UsbHostModel host_;
+  std::vector<UsbFaultPlan> plans_;
+  std::vector<UsbFaultLog> logs_;
+  std::unique_ptr<RangeRing> ring_;
+  std::uint64_t levels_ = 0;
+  std::uint64_t missing_ = 0;        ///< Readings of sensors whose board's frame was lost.
+  std::uint64_t false_samples_ = 0;  ///< Readings that are not the truth.
+};
+
+TEST_F(UsbRangeRingFaults, B1_ABoardGoneInMidScanIsNamedWithinTwoLevelPeriods) {
+  std::mt19937_64 random(1);
+  for (std::size_t board = 0; board < Booth::kBoards; ++board) {
+    OpenAndStart();
+    const auto before = static_cast<int>(1 + random() % 40);
+    ASSERT_TRUE(Read(before));
+    const nanoseconds unplugged = Now() + nanoseconds(random() % 20'000'000);
+    host_.UnplugAt(board, unplugged);
+    levels_ = 0;
+    const auto level = Read(10);
+    ASSERT_FALSE(level);
+    EXPECT_LE(Now() - unplugged, 2 * kPeriod);
+    EXPECT_LE(levels_, 2U);
+    EXPECT_THAT(level.error().Text(), HasSubstr("ring board " + std::to_string(1001 + board)));
+    EXPECT_THAT(level.error().Text(), HasSubstr("unplugged"));
+    EXPECT_EQ(ring_->state(), RangeRing::State::kFailed);
+    ASSERT_TRUE(ring_->Stop());
+    EXPECT_EQ(false_samples_, 0U);
+    EXPECT_EQ(missing_, 0U);
+    host_.PlugAt(board, Now());
+    ring_.reset();
+  }
+}
+
+TEST_F(UsbRangeRingFaults, B2_ABoardBackAfter300MillisecondsIsOpenedAgainAndNothingResumes) {
+  OpenAndStart();
+  ASSERT_TRUE(Read(10));
+  host_.UnplugAt(4, Now());
+  host_.PlugAt(4, Now() + milliseconds(300), milliseconds(500));
+  ASSERT_FALSE(Read(10));
+  const nanoseconds stopping = Now();
+  ASSERT_TRUE(ring_->Stop());
+  const Status reopened = ring_->Reopen(stopping + seconds(3));
+  ASSERT_TRUE(reopened) << reopened.error().Text();
+  EXPECT_LE(Now() - stopping, seconds(3));
+  EXPECT_EQ(ring_->state(), RangeRing::State::kIdle);
+  booth_.clock().SleepUntil(Now() + seconds(1));
+  for (std::size_t i = 0; i < Booth::kBoards; ++i) EXPECT_EQ(booth_.board(i).in_flight(), 0U) << "nothing was started";
+  EXPECT_FALSE(Next());
+  ASSERT_TRUE(ring_->Start(kRate));
+  ASSERT_TRUE(Read(50));
+  EXPECT_EQ(missing_ + false_samples_, 0U);
+  const auto left = host_.WaitHotplug(Now());
+  const auto arrived = host_.WaitHotplug(Now());
+  ASSERT_TRUE(left && arrived);
+  EXPECT_EQ(left->kind, UsbHotplug::Kind::kLeft);
+  EXPECT_EQ(arrived->kind, UsbHotplug::Kind::kArrived);
+  EXPECT_EQ(arrived->identity.serial, "RB1005");
+  EXPECT_EQ(arrived->host_time - left->host_time, milliseconds(300));
+}
+
+TEST_F(UsbRangeRingFaults, B3_TwelveBoardsGoneWithinTenMillisecondsAreOneCause) {
+  for (const auto ending : {UsbFaultPlan::UnplugEnding::kNoDevice, UsbFaultPlan::UnplugEnding::kError,
+                            UsbFaultPlan::UnplugEnding::kCompleted, UsbFaultPlan::UnplugEnding::kAny}) {
+    for (UsbFaultPlan& plan : plans_) plan.unplug_ending = ending;
+    OpenAndStart();
+    ASSERT_TRUE(Read(10));
+    const nanoseconds begin = Now() + milliseconds(3);
+    std::mt19937_64 random(3);
+    for (std::size_t board = 0; board < Booth::kBoards; ++board) {
+      host_.UnplugAt(board, begin + nanoseconds(random() % 10'000'000));
+    }
+    const auto level = Read(10);
+    ASSERT_FALSE(level);
+    EXPECT_THAT(level.error().seen, HasSubstr("all 12 boards are unplugged at once"));
+    EXPECT_THAT(level.error().Text(), Not(HasSubstr("ring board 10"))) << "one cause, not twelve";
+    EXPECT_LE(Now() - begin, 2 * kPeriod + milliseconds(20));
+    static_cast<void>(ring_->Stop());
+    for (std::size_t board = 0; board < Booth::kBoards; ++board) host_.PlugAt(board, Now(), seconds(1));
+    const Status reopened = ring_->Reopen(Now() + seconds(3));
+    ASSERT_TRUE(reopened) << reopened.error().Text();
+    ring_.reset();
+  }
+}
+
+TEST_F(UsbRangeRingFaults, B3_TheBoardsOfOneHubAreNamedTogether) {
+  OpenAndStart();
+  ASSERT_TRUE(Read(10));
+  for (const std::size_t board : {2U, 3U, 7U}) host_.UnplugAt(board, Now() + milliseconds(5) + nanoseconds(board));
+  const auto level = Read(10);
+  ASSERT_FALSE(level);
+  EXPECT_THAT(level.error().seen, HasSubstr("3 boards are unplugged at once"));
+  for (const char* serial : {"1003", "1004", "1008"}) EXPECT_THAT(level.error().seen, HasSubstr(serial));
+  EXPECT_THAT(level.error().seen, Not(HasSubstr("1005")));
+}
+
+TEST_F(UsbRangeRingFaults, B4_ShortLongEmptyAndDamagedPacketsAreCountedExactlyAndNeverBelieved) {
+  for (UsbFaultPlan& plan : plans_) {
+    plan.short_share = 0.004;
+    plan.zero_share = 0.004;
+    plan.long_share = 0.02;
+    plan.damage_share = 0.004;
+  }
+  OpenAndStart();
+  const auto level = Read(1500);
+  ASSERT_TRUE(level) << level.error().Text();
+  // What was spoiled after the last level that all boards gave is in the log, but may not have been missed yet.
+  for (UsbFaultPlan& plan : plans_) plan = {};
+  const UsbFaultLog log = Sum();
+  const std::uint64_t spoiled = log.shortened + log.emptied + log.damaged;
+  EXPECT_GT(log.shortened, 40U);
+  EXPECT_GT(log.emptied, 40U);
+  EXPECT_GT(log.lengthened, 200U);
+  EXPECT_GT(log.damaged, 40U);
+  EXPECT_LE(ring_->counters().lost_frames, spoiled);
+  EXPECT_GE(ring_->counters().lost_frames + 2, spoiled);
+  EXPECT_EQ(missing_, ring_->counters().lost_frames * 15);
+  EXPECT_EQ(false_samples_, 0U);
+  EXPECT_GE(ring_->counters().rejected_bytes, log.added_bytes);
+}
+
+TEST_F(UsbRangeRingFaults, B4_ABoardThatOnlySendsRubbishStopsTheScan) {
+  plans_[7].damage_share = 0.5;
+  OpenAndStart();
+  const auto level = Read(200);
+  ASSERT_FALSE(level);
+  EXPECT_THAT(level.error().Text(), HasSubstr("ring board 1008"));
+  EXPECT_THAT(level.error().Text(), HasSubstr("loses frames repeatedly"));
+  EXPECT_EQ(false_samples_, 0U);
+  EXPECT_EQ(ring_->state(), RangeRing::State::kFailed);
+}
+
+TEST_F(UsbRangeRingFaults, B5_AStallIsClearedOnceAndTheScanGoesOn) {
+  OpenAndStart();
+  ASSERT_TRUE(Read(20));
+  ring_.reset();
+  // The same again with one halt, at about the twentieth frame of one board.
+  plans_[3].stall_share = 0.02;
+  plans_[3].seed = 8;
+  OpenAndStart();
+  while (logs_[3].stalls == 0) {
+    const auto level = Read(1);
+    ASSERT_TRUE(level) << level.error().Text();
+  }
+  const nanoseconds halted = Now();
+  ASSERT_TRUE(Read(1));
+  EXPECT_EQ(logs_[3].halts_cleared, 1U);
+  EXPECT_LE(Now() - halted, milliseconds(500));
+  EXPECT_EQ(false_samples_, 0U);
+}
+
+TEST_F(UsbRangeRingFaults, B5_AnEndpointThatStaysHaltedIsAFaultAndIsOpenedAgain) {
+  plans_[3].stall_share = 1.0;
+  plans_[3].stall_stays = true;
+  OpenAndStart();
+  const nanoseconds begin = Now();
+  const auto level = Read(30);
+  ASSERT_FALSE(level);
+  EXPECT_LE(Now() - begin, milliseconds(500));
+  EXPECT_THAT(level.error().Text(), HasSubstr("ring board 1004"));
+  EXPECT_THAT(level.error().Text(), HasSubstr("opened again"));
+  EXPECT_EQ(logs_[3].halts_cleared, 1U) << "cleared once, not for ever";
+  ASSERT_TRUE(ring_->Stop());
+  plans_[3] = {};
+  const std::uint64_t attempts = host_.open_attempts();
+  ASSERT_TRUE(ring_->Reopen(Now() + seconds(3)));
+  EXPECT_EQ(host_.open_attempts(), attempts + 1) << "only the halted board is opened anew";
+  ASSERT_TRUE(ring_->Start(kRate));
+  ASSERT_TRUE(Read(50));
+}
+
+TEST_F(UsbRangeRingFaults, B6_DataOfTransfersThatTimedOutIsUsedAsFarAsItIsWhole) {
+  for (UsbFaultPlan& plan : plans_) plan.timeout_share = 0.2;
+  OpenAndStart();
+  ASSERT_TRUE(Read(500));
+  EXPECT_GT(Sum().timed_out, 1000U);
+  EXPECT_EQ(ring_->counters().lost_frames, 0U);
+  EXPECT_EQ(missing_ + false_samples_, 0U);
+}
+
+TEST_F(UsbRangeRingFaults, B7_TenThousandStopsWithTransfersInFlightLoseNoneWhateverTheyEndAs) {
+  plans_[0].cancel_completes_share = 0.5;
+  const std::unique_ptr<UsbPort> port = *host_.Open(booth_.board(0).identity());
+  std::mt19937_64 random(7);
+  RingBoard board;
+  board.serial = 1001;
+  board.sensor_count = 15;
+  UsbBoardLink link(board, *port);
+  for (int cycle = 0; cycle < 10'000; ++cycle) {
+    link.Reset();
+    ASSERT_TRUE(link.Order(BoardRequest::kArm, EncodeLevelRate(100'000), milliseconds(200), "arm "));
+    const std::uint64_t transfers = 1 + random() % 8;
+    for (std::uint64_t i = 0; i < transfers; ++i) ASSERT_TRUE(link.Submit());
+    ASSERT_TRUE(link.Order(BoardRequest::kStartSync, {}, milliseconds(200), "start "));
+    ASSERT_TRUE(link.Await(Now() + nanoseconds(random() % 15'000'000)));
+    link.CancelAll();
+    const Status ended = link.EndTransfers(Now() + seconds(1));
+    ASSERT_TRUE(ended) << ended.error().Text();
+    ASSERT_EQ(port->in_flight(), 0U);
+    ASSERT_TRUE(link.Order(BoardRequest::kStop, {}, milliseconds(200), "stop "));
+  }
+  EXPECT_GT(logs_[0].cancels_completed, 1000U);
+}
+
+TEST_F(UsbRangeRingFaults, B8_WhenTheKernelHasNoMemoryForTransfersTheRingIsNotArmed) {
+  for (std::uint64_t nth = 0; nth < 4; ++nth) {
+    plans_[6].no_memory_at = nth;
+    logs_[6].submits = 0;
+    ASSERT_TRUE(Open());
+    const Status started = ring_->Start(kRate);
+    ASSERT_FALSE(started);
+    EXPECT_THAT(started.error().Text(), HasSubstr("usbfs_memory_mb"));
+    EXPECT_THAT(started.error().Text(), HasSubstr("ring board 1007"));
+    EXPECT_EQ(ring_->state(), RangeRing::State::kIdle);
+    for (std::size_t i = 0; i < Booth::kBoards; ++i) EXPECT_EQ(booth_.board(i).in_flight(), 0U);
+    const auto board = booth_.board(0).WaitCompletion(Now() + seconds(1));
+    EXPECT_FALSE(board) << "no SYNC";
+    ring_.reset();
+  }
+}
+
+TEST_F(UsbRangeRingFaults, B8_TransfersThatCanNeverFitAreRefusedBeforeAnyBoardIsArmed) {
+  host_.SetTransferMemory(64 * 1024);  // 12 boards with 4 transfers of 2 KiB each take 96 KiB
+  ASSERT_TRUE(Open());
+  const Status started = ring_->Start(kRate);
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().Text(), HasSubstr("usbfs_memory_mb"));
+  EXPECT_EQ(logs_[0].submits, 0U);
+  host_.SetTransferMemory(0);
+  EXPECT_TRUE(ring_->Start(kRate)) << "0 is no limit";
+}
+
+TEST_F(UsbRangeRingFaults, B9_ABoardThatCanNotBeOpenedForUpToTwoSecondsIsOpenedWithinThree) {
+  for (int delay_ms = 0; delay_ms <= 2000; delay_ms += 100) {
+    ASSERT_TRUE(Open());
+    host_.UnplugAt(9, Now());
+    host_.PlugAt(9, Now() + nanoseconds(1), milliseconds(delay_ms));
+    booth_.clock().SleepUntil(Now() + nanoseconds(2));
+    const nanoseconds arrived = Now();
+    const std::uint64_t attempts = host_.open_attempts();
+    const Status reopened = ring_->Reopen(arrived + seconds(3));
+    ASSERT_TRUE(reopened) << delay_ms << " ms: " << reopened.error().Text();
+    EXPECT_LE(Now() - arrived, seconds(3) + milliseconds(5));
+    EXPECT_LE(host_.open_attempts() - attempts, 8U) << "with back-off, not in a tight loop";
+    ring_.reset();
+    // The whole ring just powered up: the same for opening it.
+    for (std::size_t board = 0; board < Booth::kBoards; ++board) {
+      host_.UnplugAt(board, Now());
+      host_.PlugAt(board, Now() + nanoseconds(1), milliseconds(delay_ms));
+    }
+    booth_.clock().SleepUntil(Now() + nanoseconds(2));
+    const nanoseconds powered = Now();
+    const Status opened = Open();
+    ASSERT_TRUE(opened) << opened.error().Text();
+    EXPECT_LE(Now() - powered, seconds(3) + milliseconds(50));
+    ring_.reset();
+  }
+}
+
+TEST_F(UsbRangeRingFaults, B9_ABoardThatStaysForbiddenIsNamedWithWhatTheSystemSaid) {
+  host_.UnplugAt(2, Now());
+  host_.PlugAt(2, Now(), seconds(100));
+  booth_.clock().SleepUntil(Now() + seconds(60));
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.error().Text(), HasSubstr("RB1003"));
+  EXPECT_THAT(opened.error().Text(), HasSubstr("ACCESS"));
+}
+
+TEST_F(UsbRangeRingFaults, B10_TwoBoardsOfOneSerialNumberAreRefusedAndAllAreListed) {
+  host_.SetIdentity(5, "RB1003", "1-1.6");
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.error().seen, HasSubstr("two boards have the serial number RB1003"));
+  EXPECT_THAT(opened.error().seen, HasSubstr("RB1003 at port 1-1.3"));
+  EXPECT_THAT(opened.error().seen, HasSubstr("RB1003 at port 1-1.6"));
+  EXPECT_THAT(opened.error().seen, HasSubstr("RB1012 at port 1-1.12"));
+}
+
+TEST_F(UsbRangeRingFaults, B10_BoardsThatChangedPlacesAreRefusedWithTheMapUntilTheyAreBack) {
+  ASSERT_TRUE(Open());
+  const auto swap = [&](const char* port_of_1003, const char* port_of_1006) {
+    for (const std::size_t board : {2U, 5U}) host_.UnplugAt(board, Now());
+    for (const std::size_t board : {2U, 5U}) host_.PlugAt(board, Now());
+    booth_.clock().SleepUntil(Now() + milliseconds(1));
+    host_.SetIdentity(2, "RB1003", port_of_1003);
+    host_.SetIdentity(5, "RB1006", port_of_1006);
+  };
+  swap("1-1.6", "1-1.3");
+  const Status reopened = ring_->Reopen(Now() + seconds(3));
+  ASSERT_FALSE(reopened);
+  EXPECT_THAT(reopened.error().seen, HasSubstr("changed places"));
+  EXPECT_THAT(reopened.error().seen, HasSubstr("1003 at port 1-1.3 sensors 30-44"));
+  EXPECT_THAT(reopened.error().seen, HasSubstr("1003 at port 1-1.6 sensors 30-44"));
+  const Status started = ring_->Start(kRate);
+  ASSERT_FALSE(started) << "not armed";
+  EXPECT_THAT(started.error().seen, HasSubstr("changed places"));
+  swap("1-1.3", "1-1.6");
+  const Status back = ring_->Reopen(Now() + seconds(3));
+  ASSERT_TRUE(back) << back.error().Text();
+  ASSERT_TRUE(ring_->Start(kRate));
+  ASSERT_TRUE(Read(5));
+}
+
+TEST_F(UsbRangeRingFaults, B10_ABoardOnASpareSocketIsTakenWhereItIs) {
+  ASSERT_TRUE(Open());
+  host_.UnplugAt(2, Now());
+  host_.PlugAt(2, Now());
+  booth_.clock().SleepUntil(Now() + milliseconds(1));
+  host_.SetIdentity(2, "RB1003", "1-1.13");
+  ASSERT_TRUE(ring_->Reopen(Now() + seconds(3)));
+  EXPECT_EQ(ring_->boards()[2].port_path, "1-1.13");
+  ASSERT_TRUE(ring_->Start(kRate));
+  ASSERT_TRUE(Read(5));
+}
+
+TEST_F(UsbRangeRingFaults, AFrameThatABoardStillHadOfAnEarlierRunIsNotBelieved) {
+  OpenAndStart();
+  ASSERT_TRUE(Read(3));
+  // What the controller of a board still holds comes before anything of the new run. Sequence 0, with a wrong range.
+  LevelFrame stale;
+  stale.board_serial = 1009;
+  stale.device_time = booth_.board(8).DeviceTime(Now());
+  stale.range_um.fill(123'000);
+  ASSERT_TRUE(ring_->Stop());
+  const auto bytes = EncodeLevelFrame(stale);
+  plans_[8].stale.assign(bytes.begin(), bytes.end());
+  ring_.reset();
+  OpenAndStart();
+  ASSERT_TRUE(Read(10));
+  EXPECT_EQ(missing_ + false_samples_, 0U);
+  EXPECT_EQ(ring_->counters().duplicate_frames, 1U);
+}
+
+TEST_F(UsbRangeRingFaults, UnpluggedInMidTransferAThousandTimesItNeitherLeaksNorHangs) {
+  std::mt19937_64 random(11);
+  for (std::size_t i = 0; i < Booth::kBoards; ++i) {
+    plans_[i].unplug_ending = UsbFaultPlan::UnplugEnding::kAny;
+    plans_[i].cancel_completes_share = 0.3;
+    plans_[i].timeout_share = 0.1;
+  }
+  ASSERT_TRUE(Open());
+  for (int round = 0; round < 1000; ++round) {
+    const Status started = ring_->Start(kRate);
+    ASSERT_TRUE(started) << started.error().Text();
+    const std::size_t board = random() % Booth::kBoards;
+    const nanoseconds unplugged = Now() + nanoseconds(random() % 100'000'000);
+    host_.UnplugAt(board, unplugged);
+    const auto level = Read(20);
+    ASSERT_FALSE(level) << "round " << round;
+    EXPECT_THAT(level.error().Text(), HasSubstr(std::to_string(1001 + board)));
+    EXPECT_LE(Now() - unplugged, 2 * kPeriod + milliseconds(20)) << level.error().Text();
+    static_cast<void>(ring_->Stop());
+    EXPECT_EQ(ring_->state(), RangeRing::State::kIdle);
+    host_.PlugAt(board, Now() + milliseconds(random() % 300), milliseconds(random() % 500));
+    const Status reopened = ring_->Reopen(Now() + seconds(3));
+    ASSERT_TRUE(reopened) << reopened.error().Text();
+  }
+  EXPECT_EQ(false_samples_, 0U);
+  EXPECT_EQ(host_.leaked_transfers(), 0U);
+}
+
+}  // namespace
+}  // namespace annulus
