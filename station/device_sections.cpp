@@ -88,6 +88,40 @@ ModbusTcpOptions TcpLink(const toml::node& node, const std::string& link) {
   return tcp;
 }
 
+WordOrder WordOrderOf(const toml::node& node, const std::string& key) {
+  const std::string text = Text(node, key);
+  if (text == "high-first") return WordOrder::kHighFirst;
+  if (text == "low-first") return WordOrder::kLowFirst;
+  Refuse(node, key, "\"high-first\" or \"low-first\"");
+}
+
+/// An address, or "none" for a value that the drive does not have.
+std::uint16_t AddressOf(const toml::node& node, const std::string& key, const AxisRegisterField& field) {
+  if (!field.required && node.is_string() && Text(node, key) == "none") return kNoRegister;
+  return static_cast<std::uint16_t>(WholeIn(node, key, 0, kNoRegister - 1));
+}
+
+void ReadRegisterMap(const toml::node& node, const std::string& key, AxisRegisterMap& map) {
+  Setters setters;
+  for (const AxisRegisterField& field : AxisRegisterFields()) {
+    setters.emplace_back(field.name, [&map, &field](const toml::node& n, const std::string& name) {
+      map.*field.address = AddressOf(n, name, field);
+    });
+  }
+  for (const AxisScaleField& field : AxisScaleFields()) {
+    setters.emplace_back(field.name, ToNumber(map.*field.value, -1e9, 1e9));
+  }
+  setters.emplace_back("word_order",
+                       [&map](const toml::node& n, const std::string& name) { map.word_order = WordOrderOf(n, name); });
+  setters.emplace_back("counter_registers", [&map](const toml::node& n, const std::string& name) {
+    map.counter_registers = static_cast<std::uint16_t>(WholeIn(n, name, 1, 2));
+  });
+  ReadTable(node, key, setters);
+  if (const Status sound = CheckRegisterMap(map); !sound) {
+    throw toml_table::BadConfig{toml_table::LineOf(node) + ": " + sound.error().seen, sound.error().advice};
+  }
+}
+
 void SetLink(const AxisKeys& keys, AxisConfig& axis) {
   if (keys.link == "sim") return;
   const toml::node& node = *keys.link_at;
@@ -143,7 +177,8 @@ void ReadAxisSection(const toml::node& node, AxisConfig& axis) {
              {"baud", ToWhole(keys.serial.baud, 1200, 4'000'000)},
              {"parity", [&](const toml::node& n, const std::string& key) { keys.parity = ParityOf(n, key); }},
              {"stop_bits", ToWhole(keys.serial.stop_bits, 1, 2)},
-             {"register_map", [](const toml::node&, const std::string&) {}}});
+             {"register_map",
+              [&](const toml::node& n, const std::string& key) { ReadRegisterMap(n, key, axis.register_map); }}});
   SetLink(keys, axis);
 }
 

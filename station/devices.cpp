@@ -6,7 +6,6 @@
 #include "station/sim_subject.h"
 
 namespace annulus {
-namespace {
 
 Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage) {
   auto subject = MakeSimSubject(config.sim, storage);
@@ -20,6 +19,8 @@ Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage)
   options.seed = config.sim.seed;
   return options;
 }
+
+namespace {
 
 bool AnySimulated(const Config& config) {
   return config.ring.bus == RingBus::kSimulated || config.axis.simulated() || config.interlock.simulated;

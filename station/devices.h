@@ -17,6 +17,9 @@ namespace annulus {
 /// True if the configuration names no real device at all.
 [[nodiscard]] bool AllSimulated(const Config& config);
 
+/// Who and what stands in the simulated booth of a configuration.
+Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage);
+
 /// The clock that the devices of a configuration run on, and the simulated booth behind those that are simulated. All
 /// simulated: virtual time; one real device: the host's.
 class DeviceGround {

@@ -1,0 +1,152 @@
+#include "station/sim_devices.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include "sim/booth.h"
+#include "sim/modbus_server.h"
+#include "sim/usbredir_device.h"
+#include "station/devices.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Between two rounds of serving: what a board's answer may wait at most.
+constexpr nanoseconds kRound = std::chrono::milliseconds(1);
+/// Without boards to serve: how late a stop may be seen.
+constexpr nanoseconds kIdleRound = std::chrono::milliseconds(20);
+/// Between two looks whether a machine has made its sockets.
+constexpr nanoseconds kConnectPause = std::chrono::milliseconds(500);
+
+/// A link whose device other threads touch too: each transaction has it alone.
+class SharedModbusLink final : public ModbusLink {
+ public:
+  SharedModbusLink(ModbusLink& link, std::mutex& mutex) : link_(link), mutex_(mutex) {}
+
+  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+    const std::lock_guard lock(mutex_);
+    return link_.Transact(request, timeout);
+  }
+  void DiscardInput() override {
+    const std::lock_guard lock(mutex_);
+    link_.DiscardInput();
+  }
+  void Close() override {
+    const std::lock_guard lock(mutex_);
+    link_.Close();
+  }
+  tl::expected<void, ModbusFailure> Reopen() override {
+    const std::lock_guard lock(mutex_);
+    return link_.Reopen();
+  }
+
+ private:
+  ModbusLink& link_;
+  std::mutex& mutex_;
+};
+
+/// One board on an emulated machine's USB: connects when the machine is there, and again when it has restarted.
+struct RedirectedBoard {
+  UsbPort* board = nullptr;
+  std::string path;
+  std::unique_ptr<sim::UsbredirDevice> device;
+};
+
+class ServedBooth final : public SimDevices {
+ public:
+  explicit ServedBooth(sim::BoothOptions options)
+      : booth_(std::move(options), clock_), axis_link_(booth_.axis_link(), mutex_) {}
+
+  Status Open(const SimDevicesOptions& options);
+  [[nodiscard]] const std::vector<SimEndpoint>& endpoints() const override { return endpoints_; }
+  void Serve(const std::stop_token& stop) override;
+
+ private:
+  Status ServeAxis(sim::ModbusServerOptions options);
+  void RedirectBoards(const std::string& folder);
+  void ConnectBoards();
+  void ServeBoards();
+
+  SystemClock clock_;
+  std::mutex mutex_;  ///< Of everything in the booth: the servers of the axis have threads of their own.
+  sim::BoothDevices booth_;
+  SharedModbusLink axis_link_;
+  std::vector<SimEndpoint> endpoints_;
+  std::vector<RedirectedBoard> redirected_;
+  nanoseconds next_connect_{0};
+  std::vector<std::unique_ptr<sim::ModbusServer>> servers_;  ///< Last, so that their threads end first.
+};
+
+Status ServedBooth::Open(const SimDevicesOptions& options) {
+  if (options.tcp_port) RETURN_IF_ERROR(ServeAxis({options.tcp_port, {}, 1}));
+  if (options.pty) RETURN_IF_ERROR(ServeAxis({std::nullopt, *options.pty, 1}));
+  if (!options.usbredir_folder.empty()) RedirectBoards(options.usbredir_folder);
+  return {};
+}
+
+Status ServedBooth::ServeAxis(sim::ModbusServerOptions options) {
+  const bool tcp = options.tcp_port.has_value();
+  auto server = sim::ModbusServer::Start(axis_link_, std::move(options));
+  if (!server) return Fail(server);
+  endpoints_.push_back({"axis", tcp ? "modbus-tcp" : "modbus-rtu",
+                        tcp ? "tcp:127.0.0.1:" + std::to_string((*server)->port()) : (*server)->device_name()});
+  servers_.push_back(std::move(*server));
+  return {};
+}
+
+void ServedBooth::RedirectBoards(const std::string& folder) {
+  for (UsbPort* board : booth_.usb_ports()) {
+    // Serial numbers are "RB1001" on USB, 1001 elsewhere.
+    const std::string serial = board->identity().serial.substr(2);
+    redirected_.push_back({board, folder + "/" + serial + ".sock", nullptr});
+    endpoints_.push_back({"board " + serial, "usbredir", redirected_.back().path});
+  }
+}
+
+void ServedBooth::ConnectBoards() {
+  if (clock_.Now() < next_connect_) return;
+  next_connect_ = clock_.Now() + kConnectPause;
+  for (RedirectedBoard& one : redirected_) {
+    if (one.device != nullptr) continue;
+    auto socket = sim::ConnectUnixSocket(one.path, clock_.Now());
+    if (socket) one.device = sim::MakeUsbredirDevice(*one.board, std::move(*socket));
+  }
+}
+
+void ServedBooth::ServeBoards() {
+  const std::lock_guard lock(mutex_);
+  for (RedirectedBoard& one : redirected_) {
+    // A machine that has ended: wait for the next one.
+    if (one.device != nullptr && !one.device->Serve()) one.device.reset();
+  }
+}
+
+void ServedBooth::Serve(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    ConnectBoards();
+    ServeBoards();
+    clock_.SleepUntil(clock_.Now() + (redirected_.empty() ? kIdleRound : kRound));
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SimDevices>> MakeSimDevices(const Config& config, SimDevicesOptions options, Storage& storage) {
+  if (!options.tcp_port && !options.pty && options.can_interfaces.empty() && options.usbredir_folder.empty()) {
+    options.tcp_port = 0;
+    options.pty = "";
+  }
+  auto booth = SimulatedBooth(config, storage);
+  if (!booth) return Fail(booth);
+  // The real wire takes its own time.
+  booth->axis.wire_delay = nanoseconds(0);
+  booth->axis.wire_jitter = nanoseconds(0);
+  auto served = std::make_unique<ServedBooth>(std::move(*booth));
+  RETURN_IF_ERROR(served->Open(options));
+  return served;
+}
+
+}  // namespace annulus
