@@ -24,11 +24,11 @@ std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
 
 }  // namespace
 
-Booth::Booth(BoothOptions options)
+BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     : subject_(Present(std::move(options.subject))),
       calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
       beam_(options.beam),
-      drive_(Seeded(options.axis, options.seed), clock_),
+      drive_(Seeded(options.axis, options.seed), clock),
       world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm} {
   ENSURE(calibration_.sensors.size() == kBoards * kSensorsPerBoard, "a booth's ring has 180 sensors");
   for (std::size_t i = 0; i < kBoards; ++i) {
@@ -36,17 +36,17 @@ Booth::Booth(BoothOptions options)
     board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
     board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
     board.seed = MixSeed(options.seed, kForBoards);
-    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock_));
+    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock));
   }
-  if (options.can_buses > 0) HangOnCan(options);
+  if (options.can_buses > 0) HangOnCan(options, clock);
 }
 
-void Booth::HangOnCan(const BoothOptions& options) {
+void BoothDevices::HangOnCan(const BoothOptions& options, Clock& clock) {
   ENSURE(options.can_buses <= kBoards, "each bus has a board");
   CanWireOptions wire = options.can_wire;
   wire.fd = options.can_fd;
   for (std::size_t bus = 0; bus < options.can_buses; ++bus) {
-    can_wires_.push_back(std::make_unique<CanWire>(wire, clock_));
+    can_wires_.push_back(std::make_unique<CanWire>(wire, clock));
     can_hosts_.push_back(&can_wires_.back()->Connect("can" + std::to_string(bus)));
   }
   for (std::size_t i = 0; i < kBoards; ++i) {
@@ -57,12 +57,12 @@ void Booth::HangOnCan(const BoothOptions& options) {
     board.board.seed = MixSeed(options.seed, kForBoards);
     board.node = static_cast<NodeId>(i + 1);
     board.fd = options.can_fd;
-    can_boards_.push_back(std::make_unique<CanBoardModel>(board, world_, can_sync_, clock_.Now()));
+    can_boards_.push_back(std::make_unique<CanBoardModel>(board, world_, can_sync_, clock.Now()));
     can_wires_[i * options.can_buses / kBoards]->Attach(*can_boards_.back());
   }
 }
 
-std::vector<UsbPort*> Booth::usb_ports() {
+std::vector<UsbPort*> BoothDevices::usb_ports() {
   std::vector<UsbPort*> ports;
   for (const auto& board : boards_) ports.push_back(board.get());
   return ports;

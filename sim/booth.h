@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -28,23 +29,23 @@ struct BoothOptions {
   std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
   AxisDriveOptions axis;                       ///< Its seed is replaced by one drawn from `seed`.
   RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
-  std::size_t can_buses =
-      0;                ///< Buses on which a second ring of the same boards hangs, 0 … 12; each is a share of them.
-  bool can_fd = false;  ///< FD buses, and boards that send one frame a level.
+  /// CAN buses, 0 … 12, on which the same boards hang as well; each carries its share of them.
+  std::size_t can_buses = 0;
+  bool can_fd = false;      ///< FD buses, and boards that send one frame a level.
   CanWireOptions can_wire;  ///< Of each bus; `fd` is set by can_fd.
 };
 
-/// A whole simulated booth in virtual time: subject, ring of 12 boards, axis, seen only through the bus seams.
-/// Thread-bound; not movable, because its parts borrow each other.
-class Booth {
+/// What stands in a simulated booth: subject, ring of 12 boards, axis, seen only through the bus seams. On a manual
+/// clock it runs in virtual time, on the system's clock it can serve other programs. Borrows the clock. Thread-bound;
+/// not movable, because its parts borrow each other.
+class BoothDevices {
  public:
   static constexpr std::size_t kBoards = 12;
 
-  explicit Booth(BoothOptions options);
-  Booth(const Booth&) = delete;
-  Booth& operator=(const Booth&) = delete;
+  BoothDevices(BoothOptions options, Clock& clock);
+  BoothDevices(const BoothDevices&) = delete;
+  BoothDevices& operator=(const BoothDevices&) = delete;
 
-  [[nodiscard]] ManualClock& clock() { return clock_; }
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
   /// The host's controllers on the CAN buses.
   [[nodiscard]] const std::vector<CanBus*>& can_buses() { return can_hosts_; }
@@ -61,9 +62,8 @@ class Booth {
   [[nodiscard]] const Subject& subject() const { return *subject_; }
 
  private:
-  void HangOnCan(const BoothOptions& options);
+  void HangOnCan(const BoothOptions& options, Clock& clock);
 
-  ManualClock clock_;
   std::unique_ptr<Subject> subject_;
   RingCalibration calibration_;
   BeamModel beam_;
@@ -75,6 +75,33 @@ class Booth {
   std::vector<std::unique_ptr<CanWire>> can_wires_;
   std::vector<std::unique_ptr<CanBoardModel>> can_boards_;
   std::vector<CanBus*> can_hosts_;
+};
+
+/// A whole simulated booth in virtual time.
+class Booth {
+ public:
+  static constexpr std::size_t kBoards = BoothDevices::kBoards;
+
+  explicit Booth(BoothOptions options) : devices_(std::move(options), clock_) {}
+
+  [[nodiscard]] ManualClock& clock() { return clock_; }
+  [[nodiscard]] std::vector<UsbPort*> usb_ports() { return devices_.usb_ports(); }
+  [[nodiscard]] const std::vector<CanBus*>& can_buses() { return devices_.can_buses(); }
+  [[nodiscard]] ModbusLink& axis_link() { return devices_.axis_link(); }
+
+  /// For judging: what is really so.
+  [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }
+  [[nodiscard]] RingBoardModel& board(std::size_t index) { return devices_.board(index); }
+  [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return devices_.can_board(index); }
+  [[nodiscard]] CanWire& can_wire(std::size_t index) { return devices_.can_wire(index); }
+  [[nodiscard]] World& world() { return devices_.world(); }
+  [[nodiscard]] SyncLine& can_sync() { return devices_.can_sync(); }
+  [[nodiscard]] const RingCalibration& true_calibration() const { return devices_.true_calibration(); }
+  [[nodiscard]] const Subject& subject() const { return devices_.subject(); }
+
+ private:
+  ManualClock clock_;
+  BoothDevices devices_;
 };
 
 }  // namespace annulus::sim
