@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "sim/booth.h"
+#include "sim/can_bridge.h"
 #include "sim/modbus_server.h"
 #include "sim/usbredir_device.h"
 #include "station/devices.h"
@@ -48,6 +50,41 @@ class SharedModbusLink final : public ModbusLink {
   std::mutex& mutex_;
 };
 
+/// A simulated bus whose booth other threads touch too. Only calls that do not wait are made on it.
+class SharedCanBus final : public CanBus {
+ public:
+  SharedCanBus(CanBus& bus, std::mutex& mutex) : bus_(bus), mutex_(mutex) {}
+
+  CanResult<CanLink> ReadLink() override {
+    const std::lock_guard lock(mutex_);
+    return bus_.ReadLink();
+  }
+  CanResult<void> Send(const CanFrame& frame) override {
+    const std::lock_guard lock(mutex_);
+    return bus_.Send(frame);
+  }
+  CanResult<std::optional<CanReception>> Receive(nanoseconds deadline) override {
+    const std::lock_guard lock(mutex_);
+    return bus_.Receive(deadline);
+  }
+  [[nodiscard]] std::uint64_t overflows() const override {
+    const std::lock_guard lock(mutex_);
+    return bus_.overflows();
+  }
+  CanResult<void> Restart() override {
+    const std::lock_guard lock(mutex_);
+    return bus_.Restart();
+  }
+  CanResult<void> Reopen() override {
+    const std::lock_guard lock(mutex_);
+    return bus_.Reopen();
+  }
+
+ private:
+  CanBus& bus_;
+  std::mutex& mutex_;
+};
+
 /// One board on an emulated machine's USB: connects when the machine is there, and again when it has restarted.
 struct RedirectedBoard {
   UsbPort* board = nullptr;
@@ -66,6 +103,7 @@ class ServedBooth final : public SimDevices {
 
  private:
   Status ServeAxis(sim::ModbusServerOptions options);
+  Status BridgeCan(const std::vector<std::string>& interfaces);
   void RedirectBoards(const std::string& folder);
   void ConnectBoards();
   void ServeBoards();
@@ -77,12 +115,16 @@ class ServedBooth final : public SimDevices {
   std::vector<SimEndpoint> endpoints_;
   std::vector<RedirectedBoard> redirected_;
   nanoseconds next_connect_{0};
+  std::vector<std::unique_ptr<CanBus>> real_can_;
+  std::vector<std::unique_ptr<SharedCanBus>> shared_can_;
+  std::vector<sim::CanBridge> bridges_;
   std::vector<std::unique_ptr<sim::ModbusServer>> servers_;  ///< Last, so that their threads end first.
 };
 
 Status ServedBooth::Open(const SimDevicesOptions& options) {
   if (options.tcp_port) RETURN_IF_ERROR(ServeAxis({options.tcp_port, {}, 1}));
   if (options.pty) RETURN_IF_ERROR(ServeAxis({std::nullopt, *options.pty, 1}));
+  RETURN_IF_ERROR(BridgeCan(options.can_interfaces));
   if (!options.usbredir_folder.empty()) RedirectBoards(options.usbredir_folder);
   return {};
 }
@@ -94,6 +136,18 @@ Status ServedBooth::ServeAxis(sim::ModbusServerOptions options) {
   endpoints_.push_back({"axis", tcp ? "modbus-tcp" : "modbus-rtu",
                         tcp ? "tcp:127.0.0.1:" + std::to_string((*server)->port()) : (*server)->device_name()});
   servers_.push_back(std::move(*server));
+  return {};
+}
+
+Status ServedBooth::BridgeCan(const std::vector<std::string>& interfaces) {
+  for (std::size_t i = 0; i < interfaces.size(); ++i) {
+    auto real = OpenSocketCan(interfaces[i], clock_);
+    if (!real) return Fail(real);
+    real_can_.push_back(std::move(*real));
+    shared_can_.push_back(std::make_unique<SharedCanBus>(*booth_.can_buses().at(i), mutex_));
+    endpoints_.push_back({"ring", "can", interfaces[i]});
+    bridges_.push_back({shared_can_.back().get(), real_can_.back().get()});
+  }
   return {};
 }
 
@@ -125,6 +179,10 @@ void ServedBooth::ServeBoards() {
 }
 
 void ServedBooth::Serve(const std::stop_token& stop) {
+  std::jthread can;
+  if (!bridges_.empty()) {
+    can = std::jthread([this](const std::stop_token& end) { sim::ServeCanBoards(bridges_, clock_, end); });
+  }
   while (!stop.stop_requested()) {
     ConnectBoards();
     ServeBoards();
@@ -135,6 +193,9 @@ void ServedBooth::Serve(const std::stop_token& stop) {
 }  // namespace
 
 Result<std::unique_ptr<SimDevices>> MakeSimDevices(const Config& config, SimDevicesOptions options, Storage& storage) {
+  if (options.can_interfaces.size() > sim::BoothDevices::kBoards) {
+    return Fail("put the simulated boards on CAN", "more interfaces than boards", "give at most 12");
+  }
   if (!options.tcp_port && !options.pty && options.can_interfaces.empty() && options.usbredir_folder.empty()) {
     options.tcp_port = 0;
     options.pty = "";
@@ -144,6 +205,7 @@ Result<std::unique_ptr<SimDevices>> MakeSimDevices(const Config& config, SimDevi
   // The real wire takes its own time.
   booth->axis.wire_delay = nanoseconds(0);
   booth->axis.wire_jitter = nanoseconds(0);
+  booth->can_buses = options.can_interfaces.size();
   auto served = std::make_unique<ServedBooth>(std::move(*booth));
   RETURN_IF_ERROR(served->Open(options));
   return served;

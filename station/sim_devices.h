@@ -23,7 +23,7 @@ struct SimDevicesOptions {
 
 /// Where somebody can talk to a device.
 struct SimEndpoint {
-  std::string device;     ///< "axis", "board 1001"
+  std::string device;     ///< "axis", "ring", "board 1001"
   std::string transport;  ///< "modbus-tcp", "modbus-rtu", "can", "usbredir"
   std::string address;    ///< As axis.link of a configuration, an interface, a socket.
 };

@@ -77,7 +77,7 @@ class SimDevices(ProgramTest):
     def test_a_port_that_is_taken_and_an_interface_that_is_not_there_are_named(self):
         _, endpoints = self.serve("--tcp", 0)
         port = endpoints["modbus-tcp"]["address"].rsplit(":", 1)[1]
-        self.fails("sim-devices", "--tcp", port, naming=[port])
+        self.fails("sim-devices", "--tcp", port, naming=["in use"])
         self.fails("sim-devices", "--can", "can77", naming=["can77"])
 
 
