@@ -49,7 +49,7 @@ SUITES = {
     "canfd": Suite("CanFd*", ("can-raw", "ctucanfd_pci"), 240, CAN_BUS + ("-device", "ctucan_pci,canbus0=cb,canbus1=cb"), built=True),
     "usb": Suite("Usb*", ("xhci_pci",), 360, peer=peers.UsbBoards, udev=True),
     "gpio": Suite("Gpio*", ("gpio-sim",), 240, built=True),
-    "modbus": Suite("Modbus*", ("xhci_pci", "ftdi_sio"), 360, peer=peers.AxisDrives, udev=True),
+    "modbus": Suite("Modbus*:-ModbusBoardPort/*.IsLostWhenUnplugged*:ModbusBoardPort/*.LosesItsHome*", ("xhci_pci", "ftdi_sio"), 360, peer=peers.AxisDrives, udev=True),
 }
 GROUPS = {"all": tuple(SUITES), "short": ("can", "usb")}
 
