@@ -33,6 +33,7 @@ std::string ChipText(const GpioChipInfo& info) {
 std::string ChipTexts(const std::vector<GpioChipInfo>& chips) {
   if (chips.empty()) return "this system has no GPIO chip";
   std::vector<std::string> texts;
+  texts.reserve(chips.size());
   for (const GpioChipInfo& info : chips) texts.push_back(ChipText(info));
   return "chips are " + Joined(texts);
 }
@@ -95,6 +96,7 @@ std::vector<std::string> GpioChipPaths() {
     by_number.emplace(std::stoul(number), entry->path().string());
   }
   std::vector<std::string> paths;
+  paths.reserve(by_number.size());
   for (const auto& [number, path] : by_number) paths.push_back(path);
   return paths;
 }

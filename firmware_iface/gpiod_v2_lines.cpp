@@ -80,6 +80,7 @@ std::vector<GpioChipInfo> DescribeAll(const std::string& also) {
   const bool another = also.starts_with('/') && std::find(paths.begin(), paths.end(), also) == paths.end();
   if (another) paths.push_back(also);
   std::vector<GpioChipInfo> chips;
+  chips.reserve(paths.size());
   for (const std::string& path : paths) chips.push_back(Describe(path));
   return chips;
 }

@@ -58,7 +58,7 @@ GpioResult<std::optional<GpioEdge>> FaultyGpioLines::WaitEdge(nanoseconds deadli
     // Whatever is there to be collected first: it may have to be told before what is held.
     nanoseconds until = ready ? now : deadline;
     if (!ready && !held_.empty()) until = std::min(until, held_.front().told_at);
-    const auto edge = lines_->WaitEdge(until);
+    auto edge = lines_->WaitEdge(until);
     if (!edge) return edge;
     if (*edge) {
       Take(**edge);
