@@ -13,7 +13,6 @@ using std::chrono::nanoseconds;
 
 constexpr std::array<std::uint8_t, 3> kFirmwareVersion{1, 2, 0};
 constexpr std::uint32_t kMinLevelRateMhz = 15'000;
-constexpr std::uint32_t kMaxLevelRateMhz = 100'000;
 /// Between the two parts of a frame that does not go out in one.
 constexpr nanoseconds kSplitGap = std::chrono::microseconds(125);
 
@@ -120,7 +119,7 @@ UsbResult<std::vector<std::byte>> RingBoardModel::ControlIn(UsbRequest request, 
       identity.serial = options_.serial;
       identity.first_sensor = options_.first_sensor;
       identity.min_level_rate_mhz = kMinLevelRateMhz;
-      identity.max_level_rate_mhz = kMaxLevelRateMhz;
+      identity.max_level_rate_mhz = options_.max_level_rate_mhz;
       reply = ToVector(EncodeBoardIdentity(identity));
       break;
     }
@@ -140,7 +139,7 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kArm: {
       const auto rate = DecodeLevelRate(data);
-      if (!rate || *rate < kMinLevelRateMhz || *rate > kMaxLevelRateMhz) return FailWith(UsbStatus::kStall);
+      if (!rate || *rate < kMinLevelRateMhz || *rate > options_.max_level_rate_mhz) return FailWith(UsbStatus::kStall);
       level_rate_mhz_ = *rate;
       armed_ = true;
       ++runs_;

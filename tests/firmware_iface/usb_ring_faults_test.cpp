@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include "firmware_iface/range_ring.h"
@@ -31,7 +32,8 @@ constexpr nanoseconds kPeriod = milliseconds(20);
 /// The ring on a bus of which everything can go wrong. Rows of the fault matrix are named in the tests.
 class UsbRangeRingFaults : public testing::Test {
  protected:
-  UsbRangeRingFaults() : booth_(Options()), host_(booth_.clock()), plans_(Booth::kBoards), logs_(Booth::kBoards) {
+  explicit UsbRangeRingFaults(sim::BoothOptions options = Options())
+      : booth_(std::move(options)), host_(booth_.clock()), plans_(Booth::kBoards), logs_(Booth::kBoards) {
     for (std::size_t i = 0; i < Booth::kBoards; ++i) {
       host_.Add(booth_.board(i));
       plans_[i].seed = 100 + i;
@@ -409,6 +411,31 @@ TEST_F(UsbRangeRingFaults, B10_ABoardOnASpareSocketIsTakenWhereItIs) {
   EXPECT_EQ(ring_->boards()[2].port_path, "1-1.13");
   ASSERT_TRUE(ring_->Start(kRate));
   ASSERT_TRUE(Read(5));
+}
+
+/// Boards that take a level rate far above the real ones'.
+class FastUsbRing : public UsbRangeRingFaults {
+ protected:
+  FastUsbRing() : UsbRangeRingFaults(Fast()) {}
+  static sim::BoothOptions Fast() {
+    sim::BoothOptions options = Options();
+    options.board.max_level_rate_mhz = 1'000'000;
+    options.board.split_share = 0.2;
+    return options;
+  }
+};
+
+TEST_F(FastUsbRing, SustainsAThousandLevelsPerSecondWithoutALoss) {
+  const int seconds_of_scan = std::getenv("ANNULUS_LONG") != nullptr ? 60 : 5;
+  const Status opened = Open();
+  ASSERT_TRUE(opened) << opened.error().Text();
+  ASSERT_TRUE(ring_->Start(Hertz(1000.0)));
+  const auto level = Read(1000 * seconds_of_scan);
+  ASSERT_TRUE(level) << level.error().Text();
+  EXPECT_EQ(missing_ + false_samples_, 0U);
+  EXPECT_EQ(ring_->counters().lost_frames, 0U);
+  EXPECT_EQ(ring_->counters().rejected_bytes, 0U);
+  for (std::size_t i = 0; i < Booth::kBoards; ++i) EXPECT_EQ(booth_.board(i).dropped_frames(), 0U);
 }
 
 TEST_F(UsbRangeRingFaults, AFrameThatABoardStillHadOfAnEarlierRunIsNotBelieved) {
