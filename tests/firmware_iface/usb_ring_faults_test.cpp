@@ -418,6 +418,57 @@ TEST_F(UsbRangeRingFaults, B10_ABoardOnASpareSocketIsTakenWhereItIs) {
   ASSERT_TRUE(Read(5));
 }
 
+/// A board that takes requests and never answers them.
+class DeafPort final : public UsbPort {
+ public:
+  DeafPort(UsbPort& port, Clock& clock, const bool& deaf) : port_(port), clock_(clock), deaf_(deaf) {}
+  [[nodiscard]] const UsbIdentity& identity() const override { return port_.identity(); }
+  UsbResult<std::vector<std::byte>> ControlIn(UsbRequest request, std::size_t length, nanoseconds timeout) override {
+    if (!deaf_) return port_.ControlIn(request, length, timeout);
+    clock_.SleepUntil(clock_.Now() + timeout);
+    return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kTimedOut, {}});
+  }
+  UsbResult<void> ControlOut(UsbRequest request, std::span<const std::byte> data, nanoseconds timeout) override {
+    if (!deaf_) return port_.ControlOut(request, data, timeout);
+    clock_.SleepUntil(clock_.Now() + timeout);
+    return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kTimedOut, {}});
+  }
+  UsbResult<UsbToken> SubmitBulkIn(std::uint8_t endpoint, std::size_t length) override {
+    return port_.SubmitBulkIn(endpoint, length);
+  }
+  void Cancel(UsbToken token) override { port_.Cancel(token); }
+  UsbResult<void> ClearHalt(std::uint8_t endpoint) override { return port_.ClearHalt(endpoint); }
+  std::optional<UsbCompletion> WaitCompletion(nanoseconds deadline) override { return port_.WaitCompletion(deadline); }
+  [[nodiscard]] std::size_t in_flight() const override { return port_.in_flight(); }
+
+ private:
+  UsbPort& port_;
+  Clock& clock_;
+  const bool& deaf_;
+};
+
+TEST(UsbRangeRingStop, TakesASecondAtMostThoughNoBoardAnswers) {
+  sim::Booth booth(sim::CylinderBooth());
+  bool deaf = false;
+  std::vector<std::unique_ptr<DeafPort>> ports;
+  std::vector<UsbPort*> borrowed;
+  for (UsbPort* port : booth.usb_ports()) {
+    ports.push_back(std::make_unique<DeafPort>(*port, booth.clock(), deaf));
+    borrowed.push_back(ports.back().get());
+  }
+  auto ring = MakeUsbRangeRing(borrowed, {}, booth.clock());
+  ASSERT_TRUE(ring);
+  ASSERT_TRUE((*ring)->Start(kRate));
+  deaf = true;
+  const nanoseconds begin = booth.clock().Now();
+  const Status stopped = (*ring)->Stop();
+  EXPECT_LE(booth.clock().Now() - begin, seconds(1));
+  ASSERT_FALSE(stopped);
+  EXPECT_THAT(stopped.error().Text(), HasSubstr("ring board 1001"));
+  EXPECT_EQ((*ring)->state(), RangeRing::State::kIdle);
+  for (UsbPort* port : borrowed) EXPECT_EQ(port->in_flight(), 0U);
+}
+
 /// Boards that take a level rate far above the real ones'.
 class FastUsbRing : public UsbRangeRingFaults {
  protected:
