@@ -302,7 +302,7 @@ void CanLevelAssembler::Release() {
     if (slot.have == kAllParts) {
       ForgetQualitiesWithoutReturn(slot.level);
       if (whole_.size() < kMostWhole) whole_.push_back({slot.level, slot.last});
-    } else if (LaterFrames() < kCanReorderFrames) {
+    } else if (LaterFrames() <= kCanReorderFrames) {
       return;
     }
     Advance();

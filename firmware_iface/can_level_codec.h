@@ -104,7 +104,7 @@ class CanLevelAssembler {
   bool foreign_serial_ = false;
 };
 
-/// Frames of later levels after which a level is no longer waited for.
+/// Frames of later levels that a frame may come after. With one more, its level is no longer waited for.
 inline constexpr std::size_t kCanReorderFrames = 4;
 
 /// Makes 64 bits of a counter of microseconds that wraps after 71.6 minutes, by the host's clock: the values given must

@@ -107,6 +107,7 @@ class CanRangeRing final : public RangeRing {
   Status Put(std::size_t board, const CanLevel& arrived, RingLevel& level);
   void CountOverflows();
   void UpdateCounters();
+  Result<std::vector<CanRingBoard>> BootAgain(nanoseconds deadline);
   Status BringBack(std::size_t bus, nanoseconds deadline);
   Status RestartWithin(std::size_t bus, nanoseconds deadline);
 
@@ -466,10 +467,9 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
 
 Status CanRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
-  for (std::size_t bus = 0; bus < buses_.size(); ++bus) RETURN_IF_ERROR(BringBack(bus, deadline));
-  CanRangeRingOptions options = options_;
-  options.boot_deadline = std::clamp(deadline - clock_.Now(), nanoseconds(0), options_.boot_deadline);
-  auto links = BootCanBoards(buses_, options, clock_);
+  Result<std::vector<CanRingBoard>> links = BootAgain(deadline);
+  // A bus that fails while the boards boot is brought back once more, as long as there is time.
+  while (!links && !FirstFault() && clock_.Now() < deadline) links = BootAgain(deadline);
   if (!links) return Fail(links);
   for (std::size_t board = 0; board < links_.size(); ++board) {
     const RingBoard& now = (*links)[board].board;
@@ -482,6 +482,13 @@ Status CanRangeRing::Reopen(nanoseconds deadline) {
   for (const CanRingBoard& link : links_) boards_.push_back(link.board);
   SetLimits();
   return {};
+}
+
+Result<std::vector<CanRingBoard>> CanRangeRing::BootAgain(nanoseconds deadline) {
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) RETURN_IF_ERROR(BringBack(bus, deadline));
+  CanRangeRingOptions options = options_;
+  options.boot_deadline = std::clamp(deadline - clock_.Now(), nanoseconds(0), options_.boot_deadline);
+  return BootCanBoards(buses_, options, clock_);
 }
 
 /// Binds a bus anew that was down or gone, and brings it back from bus-off.

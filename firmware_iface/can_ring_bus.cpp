@@ -20,6 +20,8 @@ constexpr nanoseconds kSendPause = milliseconds(1);
 constexpr nanoseconds kQuietTime = milliseconds(20);
 constexpr int kMostLogLines = 10;  ///< Per second.
 constexpr std::uint8_t kExpeditedSerialReply = 0x43;
+/// Boards of one node id that are remembered; two are too many already.
+constexpr std::size_t kMostSerials = 4;
 
 CanNodeState StateOf(NmtState state) {
   switch (state) {
@@ -171,6 +173,9 @@ void CanRingBus::TakeHeartbeat(const Heartbeat& beat, nanoseconds host_time) {
 
 void CanRingBus::TakeEmergency(const Emergency& emergency) {
   CanNode& node = nodes_.at(emergency.node);
+  if (node.serials.size() < kMostSerials) node.serials.insert(emergency.serial);
+  // Found when the serial numbers are read, which then names both boards.
+  if (node.serial == 0 && emergency.code == kEmergencySameNodeId) return;
   if (node.serial != 0 && emergency.serial != node.serial) node.alien_serial = emergency.serial;
   if (emergency.code == kEmergencyNone) {
     node.emergency.reset();
@@ -192,7 +197,7 @@ void CanRingBus::TakeSdoReply(NodeId node, const CanFrame& frame, nanoseconds ho
                             GetLittleEndian<std::uint16_t>(bytes.subspan(1)) == kObjectSerial.index &&
                             std::to_integer<std::uint8_t>(bytes[3]) == kObjectSerial.sub_index;
   auto& serials = nodes_.at(node).serials;
-  if (tells_serial && serials.size() < 4) serials.insert(GetLittleEndian<std::uint32_t>(bytes.subspan(4)));
+  if (tells_serial && serials.size() < kMostSerials) serials.insert(GetLittleEndian<std::uint32_t>(bytes.subspan(4)));
   if (transfer_ != nullptr && transfer_node_ == node && transfer_->Take(frame)) last_reply_time_ = host_time;
 }
 
@@ -241,6 +246,10 @@ void CanRingBus::LogLimited(const std::string& text) {
 
 void CanRingBus::WatchHeartbeats(nanoseconds watch) {
   const nanoseconds now = clock_.Now();
+  // Among frames that the host lost may have been beats.
+  if (std::exchange(overflows_seen_, bus_.overflows()) != bus_.overflows()) {
+    for (auto& [id, node] : nodes_) node.last_heard = now;
+  }
   for (auto& [id, node] : nodes_) {
     if (node.state == CanNodeState::kSilent || now - node.last_heard <= watch) continue;
     node.state = CanNodeState::kLost;

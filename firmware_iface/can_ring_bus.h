@@ -32,7 +32,7 @@ struct CanNode {
   std::chrono::nanoseconds last_heard{0};     ///< Boot-up or beat.
   std::uint32_t boots = 0;                    ///< Boot-up messages since the host last reset the bus.
   std::optional<std::uint16_t> emergency;     ///< The last code that is not 0 and was not taken back.
-  std::set<std::uint32_t> serials;            ///< That answered when asked for 1018h:04; two: a node id used twice.
+  std::set<std::uint32_t> serials;            ///< Of boards that spoke under this node id; two are one too many.
   std::optional<std::uint32_t> alien_serial;  ///< In an emergency message that is of another board.
   std::uint32_t serial = 0;                   ///< Once identified.
   CanLevelAssembler levels;
@@ -123,6 +123,7 @@ class CanRingBus {
   NodeId transfer_node_ = 0;
   bool refused_ = false;  ///< The last transfer was ended by the node itself.
   std::chrono::nanoseconds last_reply_time_{0};
+  std::uint64_t overflows_seen_ = 0;
   std::chrono::nanoseconds log_window_{0};
   int log_lines_ = 0;
   std::uint64_t log_dropped_ = 0;

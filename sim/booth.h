@@ -30,9 +30,9 @@ struct BoothOptions {
   std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
   AxisDriveOptions axis;                       ///< Its seed is replaced by one drawn from `seed`.
   RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
-  std::size_t can_buses =
-      0;                ///< Buses on which a second ring of the same boards hangs, 0 … 12; each is a share of them.
-  bool can_fd = false;  ///< FD buses, and boards that send one frame a level.
+  /// CAN buses, 0 … 12, on which the same boards hang as well; each carries its share of them.
+  std::size_t can_buses = 0;
+  bool can_fd = false;      ///< FD buses, and boards that send one frame a level.
   CanWireOptions can_wire;  ///< Of each bus; `fd` is set by can_fd.
 };
 

@@ -127,6 +127,11 @@ void FaultyCanBus::Pass(CanReception reception) {
     ++log_.overflowed;
     return;
   }
+  if (lose_next_of_ && std::get<CanFrame>(reception.what).id == *lose_next_of_) {
+    lose_next_of_.reset();
+    ++log_.lost;
+    return;
+  }
   const auto happens = [&](double share) { return UnitFromBits(random_()) < share; };
   const auto distance = [&] { return 1 + random_() % std::max<std::size_t>(faults_.displace_by, 1); };
   for (Held& held : held_) {

@@ -41,6 +41,8 @@ class FaultyCanBus final : public CanBus {
   /// This frame comes every `period` in the time given.
   void FloodBetween(std::chrono::nanoseconds from, std::chrono::nanoseconds to, std::chrono::nanoseconds period,
                     const CanFrame& frame);
+  /// The next frame with this identifier is lost.
+  void LoseNextOf(std::uint32_t id) { lose_next_of_ = id; }
   /// The next frames are lost in the receive queue, which counts them.
   void OverflowBy(std::size_t frames) { overflowing_ += frames; }
   /// What ReadLink says of restarts.
@@ -103,6 +105,7 @@ class FaultyCanBus final : public CanBus {
   std::deque<Held> held_;
   std::deque<CanReception> ready_;
   std::size_t overflowing_ = 0;
+  std::optional<std::uint32_t> lose_next_of_;
   std::optional<std::uint32_t> restart_ms_;
   Log log_;
 };

@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using testing::HasSubstr;
 
-class CanRangeRingTest : public CanRingFixture {};
+class CanRangeRingTest : public testing::Test, public CanRingBench {};
 
 TEST_F(CanRangeRingTest, BootsAndIdentifiesTwelveBoards) {
   const auto ring = Make();

@@ -15,8 +15,8 @@
 namespace annulus {
 
 /// A booth whose boards hang on CAN buses that can go wrong. The carriage stands above the cylinder's foot.
-class CanRingFixture : public testing::Test {
- protected:
+class CanRingBench {
+ public:
   static constexpr double kExpectedRangeMm = 600.0 - sim::kCylinderRadiusMm;
   static constexpr Hertz kRate{30.0};
 
@@ -26,8 +26,8 @@ class CanRingFixture : public testing::Test {
     sim::CanWireOptions wire;
     sim::BeamOptions beam = sim::ExactBeam();
   };
-  CanRingFixture() : CanRingFixture(Set()) {}
-  explicit CanRingFixture(Set set) : booth_(Options(set)) {
+  CanRingBench() : CanRingBench(Set()) {}
+  explicit CanRingBench(Set set) : booth_(Options(set)) {
     for (CanBus* bus : booth_.can_buses()) {
       buses_.push_back(std::make_unique<sim::FaultyCanBus>(*bus, booth_.clock()));
     }
@@ -56,6 +56,12 @@ class CanRingFixture : public testing::Test {
     return std::move(*ring);
   }
   Result<RingLevel> Next(RangeRing& ring) { return ring.NextLevel(Now() + std::chrono::milliseconds(100)); }
+  /// Reads until an error, at most `levels`.
+  Result<RingLevel> ReadUntilFailure(RangeRing& ring, int levels = 60) {
+    Result<RingLevel> level = Next(ring);
+    for (int i = 0; i < levels && level; ++i) level = Next(ring);
+    return level;
+  }
   [[nodiscard]] std::chrono::nanoseconds Now() { return booth_.clock().Now(); }
 
   sim::Booth booth_;
