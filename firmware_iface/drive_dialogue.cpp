@@ -53,7 +53,7 @@ DriveReply DriveDialogue::Exchange(std::uint16_t address, std::vector<std::uint1
   }
   ++counter_;
   values.at(map_.counter - address) = counter_;
-  const nanoseconds before = clock_.Now();
+  const nanoseconds before = last_sent_ = clock_.Now();
   ModbusReply reply =
       link_.Transact({ModbusFunction::kWriteReadRegisters, address, std::move(values), read.address, read.count},
                      options_.reply_timeout);

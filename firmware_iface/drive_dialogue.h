@@ -51,6 +51,9 @@ class DriveDialogue {
   /// Writes the command block with this control word and reads the status block. One transaction, never repeated.
   DriveReply Order(std::uint16_t control);
 
+  /// When the last request was sent.
+  [[nodiscard]] std::chrono::nanoseconds last_sent() const { return last_sent_; }
+
   /// Command registers to go out with the next Order.
   void Set(std::uint16_t address, std::uint16_t value);
   void SetLong(std::uint16_t address, std::uint32_t value);
@@ -74,6 +77,7 @@ class DriveDialogue {
   std::uint16_t counter_;
   bool quiet_ = false;  ///< An error happened; input is to be thrown away when quiet_until_ is over.
   std::chrono::nanoseconds quiet_until_{0};
+  std::chrono::nanoseconds last_sent_{0};
 };
 
 }  // namespace annulus

@@ -310,18 +310,19 @@ Result<std::unique_ptr<ModbusLink>> OpenModbusTcp(const ModbusTcpOptions& option
   return link;
 }
 
-Result<std::unique_ptr<ModbusLink>> AdoptModbusSocket(int socket, int unit) {
+Result<std::unique_ptr<ModbusLink>> AdoptModbusDescriptor(int fd, ModbusFraming framing, int unit) {
+  const char* attempted = "speak Modbus over an open descriptor";
   // Opened once: the second time there is nothing to open.
-  auto adopted = std::make_shared<Descriptor>(socket);  // shared: std::function wants to be copyable
-  Context context = TcpContext(unit);
-  if (context == nullptr) return Fail("adopt a socket for Modbus", "the unit makes no sense", "choose 0 to 247");
+  auto adopted = std::make_shared<Descriptor>(fd);  // shared: std::function wants to be copyable
+  Context context = framing == ModbusFraming::kTcp
+                        ? TcpContext(unit)
+                        : RtuContext({"adopted", 115'200, /*parity=*/'N', /*stop_bits=*/1, unit});
+  if (context == nullptr) return Fail(attempted, "unit " + std::to_string(unit) + " makes no sense", "choose 1 to 247");
   auto link = std::make_unique<LibmodbusLink>(std::move(context), [adopted]() -> Opened {
-    if (!adopted->open()) return LinkLost("a socket without an address can not be opened again");
+    if (!adopted->open()) return LinkLost("a descriptor without a name can not be opened again");
     return std::move(*adopted);
   });
-  if (const auto opened = link->Reopen(); !opened) {
-    return Fail("adopt a socket for Modbus", opened.error().detail, "close other files");
-  }
+  if (const auto opened = link->Reopen(); !opened) return Fail(attempted, opened.error().detail, "close other files");
   return link;
 }
 

@@ -17,6 +17,8 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kLongestSerial = 128;
+/// Plug events kept for a program that does not ask for them; then the oldest goes.
+constexpr std::size_t kMostEvents = 256;
 /// Hub ports from the root on; USB allows seven tiers.
 constexpr std::size_t kMostPorts = 7;
 
@@ -117,6 +119,7 @@ int LibusbHost::OnHotplug(libusb_context*, libusb_device* device, libusb_hotplug
   hotplug.host_time = host.context_->clock().Now();
   if (hotplug.kind == UsbHotplug::Kind::kLeft) hotplug.identity.serial = host.serials_[hotplug.identity.port_path];
   host.events_.push_back(std::move(hotplug));
+  if (host.events_.size() > kMostEvents) host.events_.pop_front();
   return 0;  // keep the callback
 }
 

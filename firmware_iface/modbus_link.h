@@ -87,9 +87,11 @@ struct ModbusTcpOptions {
 /// answer.
 Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& options, Clock& clock);
 Result<std::unique_ptr<ModbusLink>> OpenModbusTcp(const ModbusTcpOptions& options, Clock& clock);
-/// Speaks Modbus TCP over a connected stream socket, which it owns from now on. Reopen fails. For peers that are no
-/// server with an address (a socket pair).
-Result<std::unique_ptr<ModbusLink>> AdoptModbusSocket(int socket, int unit);
+/// How requests are framed: as on Modbus TCP, or as on a serial line.
+enum class ModbusFraming { kTcp, kRtu };
+/// Speaks Modbus over a descriptor that is connected already, and owns it from now on. Reopen fails. For peers without
+/// a name: a socket pair, a pipe's ends joined.
+Result<std::unique_ptr<ModbusLink>> AdoptModbusDescriptor(int fd, ModbusFraming framing, int unit);
 /// Serial ports by the names that stay (/dev/serial/by-id), full paths in alphabetical order; empty where there are
 /// none.
 [[nodiscard]] std::vector<std::string> ListSerialPorts();

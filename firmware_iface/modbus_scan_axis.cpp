@@ -127,6 +127,9 @@ DriveReply ModbusScanAxis::Order(std::uint16_t control) {
   // Never repeated: the drive may carry it out yet.
   DriveReply answer = dialogue_.Order(control);
   if (answer) return answer;
+  // What spoiled the reply may have come before the order has even arrived: it is reported as failed only when the
+  // drive's start window is over.
+  clock_.SleepUntil(dialogue_.last_sent() + options_.reply_timeout);
   if (state_ != State::kDisabled) state_ = State::kFault;
   if (answer.error().fault == ModbusFault::kTimeout) dialogue_.Close();
   return answer;

@@ -16,6 +16,8 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStopDeadline = std::chrono::seconds(1);
+/// What of it the orders to stop may take; the rest is for the transfers' ends.
+constexpr nanoseconds kStopOrders = std::chrono::milliseconds(700);
 /// Boards that have just been plugged in may be opened and speak within it.
 constexpr nanoseconds kOpenDeadline = std::chrono::seconds(3);
 /// How long a wait on one board goes on before the others are looked at.
@@ -272,16 +274,21 @@ void UsbRangeRing::CountFrames() {
 
 Status UsbRangeRing::Stop() {
   Status result;
+  const nanoseconds begin = clock_.Now();
   for (UsbBoardLink& link : links_) {
     if (link.port() == nullptr) continue;
-    const Status stopped = link.Order(BoardRequest::kStop, {}, options_.control_timeout, "stop ");
-    // A board that is already known to be lost can not be stopped, and need not be.
-    if (!stopped && result && state_ == State::kStreaming) result = stopped;
+    // Twelve boards that do not answer must not take twelve times the patience for one.
+    const nanoseconds left = begin + kStopOrders - clock_.Now();
+    if (left > nanoseconds(0)) {
+      const nanoseconds patience = std::min(left, options_.control_timeout);
+      const Status stopped = link.Order(BoardRequest::kStop, {}, patience, "stop ");
+      // A board that is already known to be lost can not be stopped, and need not be.
+      if (!stopped && result && state_ == State::kStreaming) result = stopped;
+    }
     link.CancelAll();
   }
-  const nanoseconds deadline = clock_.Now() + kStopDeadline;
   for (UsbBoardLink& link : links_) {
-    const Status ended = link.EndTransfers(deadline);
+    const Status ended = link.EndTransfers(begin + kStopDeadline);
     if (!ended && result) result = ended;
   }
   CountFrames();

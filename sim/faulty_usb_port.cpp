@@ -67,6 +67,7 @@ void FaultyUsbPort::SpoilData(UsbCompletion& completion) {
   const auto cut = static_cast<std::ptrdiff_t>(1 + bits % std::max<std::size_t>(1, data.size() - 1));
   if (happens(plan_.short_share) && data.size() > 1) {
     ++log_.shortened;
+    log_.kept_bytes += static_cast<std::uint64_t>(cut);
     data.erase(data.begin() + cut, data.end());
   } else if (happens(plan_.zero_share)) {
     ++log_.emptied;

@@ -34,6 +34,7 @@ struct UsbFaultPlan {
 struct UsbFaultLog {
   std::uint64_t submits = 0;
   std::uint64_t shortened = 0;
+  std::uint64_t kept_bytes = 0;  ///< Of the shortened.
   std::uint64_t emptied = 0;
   std::uint64_t lengthened = 0;
   std::uint64_t added_bytes = 0;

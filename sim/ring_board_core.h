@@ -33,7 +33,8 @@ struct RingBoardOptions {
   std::chrono::nanoseconds control_delay = std::chrono::microseconds(60);   ///< One way, at least.
   std::chrono::nanoseconds control_jitter = std::chrono::microseconds(40);  ///< Mean of what comes on top, one way.
   double split_share = 0.2;                                                 ///< Frames that arrive in two transfers.
-  std::size_t fifo_frames = 64;  ///< Frames kept while nobody asks; then the newest is lost.
+  std::uint32_t max_level_rate_mhz = 100'000;  ///< Highest level rate that a board on USB takes, mHz.
+  std::size_t fifo_frames = 64;                ///< Frames kept while nobody asks; then the newest is lost.
 };
 
 /// What every board says of itself, on any bus.

@@ -85,7 +85,7 @@ UsbResult<std::vector<std::byte>> RingBoardModel::ControlIn(UsbRequest request, 
       identity.serial = options_.serial;
       identity.first_sensor = options_.first_sensor;
       identity.min_level_rate_mhz = kBoardMinLevelRateMhz;
-      identity.max_level_rate_mhz = kBoardMaxLevelRateMhz;
+      identity.max_level_rate_mhz = options_.max_level_rate_mhz;
       reply = ToVector(EncodeBoardIdentity(identity));
       break;
     }
@@ -105,7 +105,7 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kArm: {
       const auto rate = DecodeLevelRate(data);
-      if (!rate || *rate < kBoardMinLevelRateMhz || *rate > kBoardMaxLevelRateMhz) return FailWith(UsbStatus::kStall);
+      if (!rate || *rate < kBoardMinLevelRateMhz || *rate > options_.max_level_rate_mhz) return FailWith(UsbStatus::kStall);
       level_rate_mhz_ = *rate;
       armed_ = true;
       core_.StartRun();

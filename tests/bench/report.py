@@ -16,7 +16,8 @@ def load(path):
 COUNTERS = {"to_coefficients_ms": "samples to coefficients {:.4g} ms", "coefficients": "{:.0f} coefficients", "rms_mm": "RMS {:.3f} mm",
             "solver_steps": "{:.0f} solver steps", "largest_difference_mm": "within {:.1e} mm of ours",
             "bytes_per_sample": "{:.0f} B per sample", "longest_preview_ms": "longest preview {:.3g} ms",
-            "after_last_level_ms": "longest end {:.3g} ms"}
+            "after_last_level_ms": "longest end {:.3g} ms", "lost_frames": "{:.0f} frames lost", "levels": "{:.0f} levels",
+            "cpu_percent_at_50": "{:.2g} % of a core at 50 levels/s"}
 
 
 def print_benchmarks(results):

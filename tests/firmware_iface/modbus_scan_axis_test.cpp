@@ -131,18 +131,6 @@ TEST(ModbusScanAxis, QuickStopsWithinHalfASecondAndThenNeedsANewStart) {
   EXPECT_TRUE(axis->Enable());
 }
 
-TEST(ModbusScanAxis, RefusesADriveThatWouldGoOnWithoutUs) {
-  for (const int heartbeat_ms : {0, 201, 5000}) {
-    ManualClock clock;
-    sim::AxisDriveOptions options = HonestDrive();
-    options.heartbeat = milliseconds(heartbeat_ms);
-    sim::AxisDriveModel drive(options, clock);
-    const auto axis = MakeModbusScanAxis(drive, {}, clock);
-    ASSERT_FALSE(axis);
-    EXPECT_THAT(axis.error().seen, HasSubstr("heartbeat"));
-  }
-}
-
 TEST(ModbusScanAxis, TellsWhatAFaultOfTheDriveMeansAndResetsItOnce) {
   ManualClock clock;
   sim::AxisDriveOptions options = HonestDrive();

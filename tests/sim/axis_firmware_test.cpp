@@ -12,6 +12,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
+constexpr std::uint32_t kParameterCrc = 0xF357F8EB;
+
 nanoseconds Seconds(double seconds) { return nanoseconds(std::llround(seconds * 1e9)); }
 
 TEST(AxisMotion, FollowsTheTrapezoidOfTheTextbook) {
@@ -237,6 +239,67 @@ TEST_F(AxisDriveTest, QuickStopIsSteeperThanHaltAndHoldsUntilPowerIsTakenOff) {
   ASSERT_TRUE(Write({control_word::kDisableVoltage}));
   EXPECT_EQ(drive_.state(), DriveState::kSwitchOnDisabled);
   EXPECT_TRUE(drive_.homed());
+}
+
+TEST_F(AxisDriveTest, ObeysAStartOnlyWithinItsWindow) {
+  EnableAndHome();
+  const std::size_t motions = drive_.motion_log().size();
+  ASSERT_TRUE(Write({control_word::kEnableOperation}));
+  clock_.SleepUntil(clock_.Now() + milliseconds(26));
+  ASSERT_TRUE(Write({control_word::kEnableOperation | control_word::kStart, kModeProfilePosition, 500.0}));
+  EXPECT_EQ(drive_.motion_log().size(), motions);
+  EXPECT_EQ(drive_.late_starts(), 1);
+  ASSERT_TRUE(Write({control_word::kEnableOperation}));
+  ASSERT_TRUE(Write({control_word::kEnableOperation | control_word::kStart, kModeProfilePosition, 500.0}));
+  EXPECT_EQ(drive_.motion_log().size(), motions + 1);
+}
+
+TEST_F(AxisDriveTest, LetsItsParametersBeReadAndChangedAndSumsThemUp) {
+  using P = AxisParameterRegisters;
+  const auto read = [this](std::uint16_t address, std::uint16_t count) {
+    return drive_.Transact({ModbusFunction::kReadRegisters, 0, {}, address, count}, milliseconds(100));
+  };
+  const auto before = read(0x0116, 2);
+  ASSERT_TRUE(before);
+  // CRC-32C of the 18 parameter registers, high bytes first, by a bitwise CRC-32C in Python:
+  //   import struct
+  //   p = struct.pack(">iiIIIIIIHH", -60000, 2250000, 300000, 1500000, 4000000, 5000, 60000, 10000, 200, 25)
+  //   c = 0xFFFFFFFF
+  //   for b in p:
+  //     c ^= b
+  //     for _ in range(8): c = c >> 1 ^ (0x82F63B78 if c & 1 else 0)
+  //   print(hex(c ^ 0xFFFFFFFF))
+  EXPECT_EQ(static_cast<std::uint32_t>((*before)[0]) << 16 | (*before)[1], kParameterCrc);
+  ASSERT_TRUE(drive_.Transact({ModbusFunction::kWriteRegisters, P::kMaxSpeed, {0, 50'000}, 0, 0}, milliseconds(100)));
+  EXPECT_EQ(*read(P::kMaxSpeed, 2), (std::vector<std::uint16_t>{0, 50'000}));
+  EXPECT_EQ(*read(0x0110, 2), (std::vector<std::uint16_t>{0, 50'000}));
+  EXPECT_NE(*read(0x0116, 2), *before);
+  const auto refused =
+      drive_.Transact({ModbusFunction::kWriteRegisters, P::kMaxSpeed, {0, 0}, 0, 0}, milliseconds(100));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().exception_code, 3);
+  EXPECT_FALSE(drive_.Transact({ModbusFunction::kWriteRegister, 0x0002, {3}, 0, 0}, milliseconds(100)));
+}
+
+TEST_F(AxisDriveTest, KeepsALogOfWritesButNotOfBeats) {
+  ASSERT_TRUE(Beat());
+  ASSERT_TRUE(Write({control_word::kShutdown}));
+  ASSERT_TRUE(Beat());
+  ASSERT_EQ(drive_.write_log().size(), 1U);
+  EXPECT_EQ(drive_.write_log()[0].address, 0x0000);
+  EXPECT_EQ(drive_.write_log()[0].values.at(1), control_word::kShutdown);
+}
+
+TEST_F(AxisDriveTest, ForgetsHomeAndOrdersWhenThePowerFails) {
+  EnableAndHome();
+  Move(500.0);
+  Pass(std::chrono::seconds(1));
+  drive_.PowerCycle();
+  clock_.SleepUntil(clock_.Now() + milliseconds(200));
+  ASSERT_TRUE(Beat());
+  EXPECT_EQ(drive_.state(), DriveState::kSwitchOnDisabled);
+  EXPECT_FALSE(drive_.homed());
+  EXPECT_NEAR(drive_.TrueSpeed(clock_.Now()), 0.0, 0.5);
 }
 
 }  // namespace
