@@ -74,6 +74,7 @@ std::string LinkText(const CanLink& link) {
 
 void CheckCan(const Config& config, std::vector<DoctorItem>& items) {
   constexpr std::uint32_t kQueue = 128;
+  constexpr std::uint32_t kRestartMs = 1000;  // a shorter one makes a bus with a short circuit flap
   Group group("buses", items);
   const bool ring_on_can = config.ring.bus == RingBus::kCan;
   const auto links = ListCanInterfaces();
@@ -87,6 +88,8 @@ void CheckCan(const Config& config, std::vector<DoctorItem>& items) {
         group.None(name, LinkText(link));
       } else if (link.state == CanState::kDown || link.state == CanState::kBusOff) {
         group.Problem(name, LinkText(link), "set it up as docs/booth.md says, then: ip link set " + link.name + " up");
+      } else if (link.restart_ms.value_or(0) > 0 && *link.restart_ms < kRestartMs) {
+        group.Problem(name, LinkText(link), fmt::format("ip link set {} type can restart-ms {}", link.name, kRestartMs));
       } else if (link.queue_length < kQueue) {
         group.Problem(name, LinkText(link), fmt::format("ip link set {} txqueuelen {}", link.name, kQueue));
       } else {
