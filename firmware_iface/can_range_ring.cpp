@@ -184,7 +184,7 @@ Status CanRangeRing::Start(Hertz level_rate) {
 /// A bus in trouble is not started with.
 Status CanRangeRing::CheckBuses() {
   for (CanRingBus& bus : buses_) {
-    bus.Collect(clock_.Now());
+    bus.CollectAll();
     bus.WatchHeartbeats(kMissedBeats * options_.heartbeat + kBeatSlack);
     if (bus.fault()) {
       return Fail("start the ring", bus.fault()->seen + " (" + bus.fault()->attempted + ")",
