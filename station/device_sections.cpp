@@ -90,9 +90,9 @@ ModbusTcpOptions TcpLink(const toml::node& node, const std::string& link) {
 
 WordOrder WordOrderOf(const toml::node& node, const std::string& key) {
   const std::string text = Text(node, key);
-  if (text == "high-first") return WordOrder::kHighFirst;
-  if (text == "low-first") return WordOrder::kLowFirst;
-  Refuse(node, key, "\"high-first\" or \"low-first\"");
+  if (text == "high_first") return WordOrder::kHighFirst;
+  if (text == "low_first") return WordOrder::kLowFirst;
+  Refuse(node, key, "\"high_first\" or \"low_first\"");
 }
 
 /// An address, or "none" for a value that the drive does not have.

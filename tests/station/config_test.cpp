@@ -106,5 +106,75 @@ TEST(Config, WhatIsNoTomlIsRefusedWithItsLine) {
   EXPECT_THAT(RefusalOf("[station\n"), HasSubstr("line 1"));
 }
 
+TEST(Config, ReadsWhereTheDevicesAre) {
+  const auto config = ParseConfig(R"(
+[ring]
+bus = "can"
+can = ["can0", "can1"]
+[axis]
+link = "/dev/serial/by-id/usb-x"
+unit = 7
+baud = 57600
+parity = "none"
+stop_bits = 2
+[interlock]
+chip = "booth-io"
+door = "X4-3"
+call = { line = "X4-8", bias = "pull-up", active_low = true }
+)",
+                                  "test.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  EXPECT_EQ(config->ring.bus, RingBus::kCan);
+  EXPECT_EQ(config->ring.can_interfaces, (std::vector<std::string>{"can0", "can1"}));
+  const auto* serial = std::get_if<ModbusRtuOptions>(&config->axis.link);
+  ASSERT_NE(serial, nullptr);
+  EXPECT_EQ(serial->device, "/dev/serial/by-id/usb-x");
+  EXPECT_EQ(serial->unit, 7);
+  EXPECT_EQ(serial->baud, 57600);
+  EXPECT_EQ(serial->parity, 'N');
+  EXPECT_EQ(serial->stop_bits, 2);
+  EXPECT_FALSE(config->interlock.simulated);
+  EXPECT_EQ(config->interlock.wiring.chip, "booth-io");
+  EXPECT_EQ(config->interlock.wiring.inputs.at(InterlockInput::kDoor).name, "X4-3");
+  EXPECT_EQ(config->interlock.wiring.inputs.at(InterlockInput::kEstopA).name, "estop_a");
+  const GpioLineSpec& call = config->interlock.wiring.inputs.at(InterlockInput::kCall);
+  EXPECT_EQ(call.name, "X4-8");
+  EXPECT_EQ(call.bias, GpioBias::kPullUp);
+  EXPECT_TRUE(call.active_low);
+}
+
+TEST(Config, ReadsAnAddressWithColonsOfItsOwn) {
+  const auto config = ParseConfig("[axis]\nlink = \"tcp:::1:5020\"\n", "test.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  const auto* tcp = std::get_if<ModbusTcpOptions>(&config->axis.link);
+  ASSERT_NE(tcp, nullptr);
+  EXPECT_EQ(tcp->host, "::1");
+  EXPECT_EQ(tcp->port, 5020);
+}
+
+TEST(Config, ReadsTheRegisterMapOfAnotherMake) {
+  PosixStorage storage;
+  const auto config = ReadConfig(storage, std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/axis-nanotec-pd4e.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  const AxisRegisterMap& map = config->axis.register_map;
+  EXPECT_EQ(map.control_word, 6002);
+  EXPECT_EQ(map.position, 5004);
+  EXPECT_EQ(map.drive_time, kNoRegister);
+  EXPECT_EQ(map.word_order, WordOrder::kHighFirst);
+}
+
+TEST(Config, RefusesRegisterMapsThatMakeNoSense) {
+  const auto refused = [](const std::string& line) {
+    const auto config = ParseConfig("[axis.register_map]\n" + line + "\n", "test.toml");
+    EXPECT_FALSE(config) << line;
+    return config ? std::string() : config.error().Text();
+  };
+  EXPECT_THAT(refused("control_word = 0"), HasSubstr("counter and control_word share a register"));
+  EXPECT_THAT(refused("control_word = \"none\""), HasSubstr("control_word is not a whole number"));
+  EXPECT_THAT(refused("units_per_mm = 0"), HasSubstr("units_per_mm"));
+  EXPECT_THAT(refused("word_order = \"middle\""), HasSubstr("word_order"));
+  EXPECT_THAT(refused("positoin = 3"), HasSubstr("unknown key 'positoin'"));
+}
+
 }  // namespace
 }  // namespace annulus
