@@ -63,7 +63,7 @@ TEST_F(UsbHostKernel, ListsTwelveBoardsEachAtItsPlace) {
 
 TEST_F(UsbHostKernel, B7_EveryTransferOfAPortThatIsUnpluggedWhileItStreamsEndsOnce) {
   std::map<UsbStatus, int> ends;
-  for (int round = 0; round < (IsLongRun() ? 24 : 5); ++round) {
+  for (int round = 0; round < (IsLongRun() ? 24 : 12); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     const auto port = OpenPort(*host_, {0x1209, 0xA180, SerialOf(0), ""}, clock_, In(seconds(30)));
     ASSERT_TRUE(port) << port.error().detail;
