@@ -56,11 +56,15 @@ class GpioInterlock final : public Interlock {
     JudgeWarnings(reading);
     if (const std::string cause = WhatStops(reading); !cause.empty()) {
       if (reading.reset_pressed) reading.reset_refused = cause;
-      RETURN_IF_ERROR(Hold(cause));
+      if (const Status held = Hold(cause); !held) {
+        Raise(InterlockFault::kLinesFailed, held.error().seen, held.error().advice);
+        return Fail(held);
+      }
     } else {
       FollowReset(reading);
     }
     reading.latched = latched_;
+    if (latched_) reading.held_by = hold_cause_;
     return reading;
   }
 

@@ -104,6 +104,7 @@ struct InterlockReading {
   /// the start. Ends at the first reading at least interlock_time::kReset after a reset edge, if the chain stayed
   /// closed and no fault is left.
   bool latched = true;
+  std::string held_by;         ///< The first cause for which outputs are held, in plain words; else empty.
   bool reset_pressed = false;  ///< A rising edge of the reset button since the last reading.
   std::string reset_refused;   ///< Why a pressed reset was not accepted; else empty.
   bool start_pressed = false;

@@ -55,6 +55,7 @@ TEST_F(InterlockFaults, E2_ChatterBetweenTwoReadingsIsLatched) {
   EXPECT_FALSE(reading->chain_closed);
   EXPECT_TRUE(reading->edges_lost);
   EXPECT_EQ(OpenedInputs(*reading), "door");
+  EXPECT_EQ(reading->held_by, "open: door");
   EXPECT_TRUE(reading->latched);
   ExpectOutputsSafe("after chatter");
   EXPECT_TRUE(Run(seconds(2)).latched);
