@@ -15,9 +15,22 @@ bool IsBusy(const ModbusFailure& failure) {
   return failure.fault == ModbusFault::kException && failure.exception_code == kBusy;
 }
 
+/// What to do about a failed transaction.
+const char* Advice(const ModbusFailure& failure) {
+  if (failure.fault == ModbusFault::kLinkLost) return "check the cable, then open the axis anew and home it";
+  if (failure.fault != ModbusFault::kException) return "check the drive's supply and cable, then home the axis again";
+  if (failure.exception_code == 6) return "wait until the drive is ready, then try again";
+  if (failure.exception_code == 4) return "look at the drive's own display for the cause";
+  return "compare [axis] register_map with the drive's manual";
+}
+
 ModbusFailure Unfitting(std::string detail) { return {ModbusFault::kBadReply, 0, std::move(detail)}; }
 
 }  // namespace
+
+tl::unexpected<Error> Unanswered(const std::string& attempted, const ModbusFailure& failure) {
+  return Fail(attempted, ModbusFailureText(failure), Advice(failure));
+}
 
 RegisterBlock::RegisterBlock(std::uint16_t address, WordOrder order, std::vector<std::uint16_t> values)
     : address_(address), order_(order), values_(std::move(values)) {}

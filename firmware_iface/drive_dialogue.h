@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/result.h"
 #include "firmware_iface/axis_register_map.h"
 #include "firmware_iface/modbus_link.h"
 #include "firmware_iface/scan_axis.h"
@@ -35,6 +36,9 @@ struct DriveAnswer {
   std::chrono::nanoseconds host_after{0};
 };
 using DriveReply = tl::expected<DriveAnswer, ModbusFailure>;
+
+/// The error of a transaction that failed, with what to do about it.
+[[nodiscard]] tl::unexpected<Error> Unanswered(const std::string& attempted, const ModbusFailure& failure);
 
 /// What we say to a drive and what it answers, such that a late, repeated or foreign reply is never taken for the
 /// answer: each transaction (FC23) writes the next counter and reads a block that holds the drive's echo of it. After

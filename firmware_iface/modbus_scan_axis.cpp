@@ -40,19 +40,6 @@ const char* StateText(ScanAxis::State state) {
   return "unknown";
 }
 
-/// What to do about a failed transaction.
-const char* Advice(const ModbusFailure& failure) {
-  if (failure.fault == ModbusFault::kLinkLost) return "check the cable, then open the axis anew and home it";
-  if (failure.fault != ModbusFault::kException) return "check the drive's supply and cable, then home the axis again";
-  if (failure.exception_code == 6) return "wait until the drive is ready, then try again";
-  if (failure.exception_code == 4) return "look at the drive's own display for the cause";
-  return "compare [axis] register_map with the drive's manual";
-}
-
-tl::unexpected<Error> Unanswered(const std::string& attempted, const ModbusFailure& failure) {
-  return Fail(attempted, ModbusFailureText(failure), Advice(failure));
-}
-
 /// The drive's bits of a number of its units; nothing if it has no room for it.
 std::optional<std::uint32_t> DriveUnits(double value, double units) {
   const double scaled = value * units;

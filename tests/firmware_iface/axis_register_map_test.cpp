@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <string>
 
 namespace annulus {
@@ -93,6 +95,47 @@ TEST(AxisRegisterMap, NamesEveryRegisterOnce) {
     EXPECT_TRUE(addresses.insert(map.*field.address).second) << field.name;
   }
   EXPECT_EQ(names.size(), 22U);
+}
+
+/// The map of an example file: `name = number` or `name = "none"`, `#` begins a remark.
+AxisRegisterMap Example(const std::string& path) {
+  AxisRegisterMap map;
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  std::set<std::string> told;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string name;
+    std::string equals;
+    std::string value;
+    if (!(words >> name >> equals >> value) || name == "word_order") continue;
+    bool known = false;
+    for (const AxisRegisterField& field : AxisRegisterFields()) {
+      if (name != field.name) continue;
+      known = told.insert(name).second;
+      map.*field.address = value == "\"none\"" ? kNoRegister : static_cast<std::uint16_t>(std::stoi(value));
+    }
+    for (const AxisScaleField& field : AxisScaleFields()) {
+      if (name != field.name) continue;
+      known = true;
+      map.*field.value = std::stod(value);
+    }
+    EXPECT_TRUE(known) << name;
+  }
+  EXPECT_EQ(told.size(), AxisRegisterFields().size());
+  return map;
+}
+
+TEST(AxisRegisterMap, TakesTheExampleOfTheDocumentation) {
+  const AxisRegisterMap map = Example(std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/axis-nanotec-pd4e.toml");
+  const Status checked = CheckRegisterMap(map);
+  ASSERT_TRUE(checked) << checked.error().Text();
+  EXPECT_EQ(map.CommandBlock().address, 6001);
+  EXPECT_EQ(map.CommandBlock().count, 9);
+  EXPECT_EQ(map.StatusBlock().address, 5001);
+  EXPECT_EQ(map.StatusBlock().count, 5);
+  EXPECT_EQ(map.IdentityBlock().count, 13);
+  EXPECT_EQ(map.declared_heartbeat_ms, 0.0);  // refused until somebody has measured it
 }
 
 TEST(AxisRegisterMap, SaysWhatAFaultMeans) {

@@ -7,6 +7,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <vector>
@@ -15,6 +18,7 @@
 #include "sim/axis_firmware.h"
 #include "sim/modbus_server.h"
 #include "tests/firmware_iface/modbus_rig.h"
+#include "tests/support/faulty_terminal.h"
 
 namespace annulus {
 namespace {
@@ -134,6 +138,70 @@ TEST(LibmodbusLink, SendsARequestOnceHoweverLongNobodyAnswers) {
   const auto lost = (*link)->Transact({ModbusFunction::kReadRegisters, 0, {}, 0x0100, 2}, milliseconds(500));
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().fault, ModbusFault::kLinkLost);
+}
+
+/// Refuses everything with one exception code.
+class RefusingDevice final : public ModbusLink {
+ public:
+  std::atomic<std::uint8_t> code = 1;
+  ModbusReply Transact(const ModbusRequest&, std::chrono::nanoseconds) override {
+    return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kException, code, {}});
+  }
+  void DiscardInput() override {}
+  void Close() override {}
+  tl::expected<void, ModbusFailure> Reopen() override { return {}; }
+};
+
+TEST(LibmodbusLink, TellsEveryExceptionByItsCode) {
+  SystemClock clock;
+  RefusingDevice device;
+  sim::ModbusServerOptions options;
+  options.tcp_port = 0;
+  auto server = sim::ModbusServer::Start(device, options);
+  ASSERT_TRUE(server) << server.error().Text();
+  auto link = OpenModbusTcp({"127.0.0.1", (*server)->port()}, clock);
+  ASSERT_TRUE(link) << link.error().Text();
+  for (const int code : {1, 2, 3, 4, 5, 6, 10, 11}) {
+    device.code = static_cast<std::uint8_t>(code);
+    const auto reply = (*link)->Transact({ModbusFunction::kWriteReadRegisters, 0, {1}, 0, 2}, std::chrono::seconds(5));
+    ASSERT_FALSE(reply);
+    EXPECT_EQ(reply.error().fault, ModbusFault::kException);
+    EXPECT_EQ(reply.error().exception_code, code);
+  }
+}
+
+TEST(LibmodbusLink, TellsADamagedReplyFromNoReply) {
+  SystemClock clock;
+  sim::AxisDriveModel drive(ContractDrive(1.0), clock);
+  auto server = sim::ModbusServer::Start(drive, {});
+  ASSERT_TRUE(server) << server.error().Text();
+  std::atomic<int> kind = 0;
+  FaultyTerminal terminal((*server)->device_name(), [&] {
+    ByteFate fate;
+    fate.damaged = kind == 1;
+    fate.copies = kind == 2 ? 0 : 1;
+    return fate;
+  });
+  auto link = OpenModbusRtu({terminal.device_name(), 115'200, 'N'}, clock);
+  ASSERT_TRUE(link) << link.error().Text();
+  const auto read = [&](std::chrono::nanoseconds timeout) {
+    const auto reply = (*link)->Transact({ModbusFunction::kReadRegisters, 0, {}, 0x0108, 4}, timeout);
+    clock.SleepUntil(clock.Now() + milliseconds(50));
+    (*link)->DiscardInput();
+    return reply;
+  };
+  EXPECT_TRUE(read(std::chrono::seconds(5)));
+  kind = 1;
+  const auto damaged = read(std::chrono::seconds(5));
+  ASSERT_FALSE(damaged);
+  EXPECT_EQ(damaged.error().fault, ModbusFault::kBadReply);
+  EXPECT_THAT(ModbusFailureText(damaged.error()), HasSubstr("CRC"));
+  kind = 2;
+  const auto none = read(milliseconds(50));
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().fault, ModbusFault::kTimeout);
+  kind = 0;
+  EXPECT_TRUE(read(std::chrono::seconds(5)));
 }
 
 TEST(LibmodbusLink, H8_RefusesDescriptorsThatSelectCanNotTake) {
