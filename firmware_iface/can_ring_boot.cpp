@@ -68,7 +68,7 @@ class Boot {
 Status Boot::Reset() {
   for (CanRingBus& bus : buses_) {
     // What is still on its way is of the time before.
-    bus.Collect(clock_.Now());
+    bus.CollectAll();
     bus.ForgetNodes();
     bus.Forgive();
     RETURN_IF_ERROR(bus.Send(EncodeNmt({NmtCommand::kResetCommunication, 0}), "reset the boards on " + bus.name()));

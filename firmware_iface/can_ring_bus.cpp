@@ -18,6 +18,8 @@ constexpr nanoseconds kSendPatience = milliseconds(20);
 constexpr nanoseconds kSendPause = milliseconds(1);
 /// After an answer that did not come: time in which a late one is thrown away.
 constexpr nanoseconds kQuietTime = milliseconds(20);
+/// Calls of Collect that empty the longest queue of the kernel; a flood may go on for ever.
+constexpr int kMostCollects = 32;
 constexpr int kMostLogLines = 10;  ///< Per second.
 constexpr std::uint8_t kExpeditedSerialReply = 0x43;
 /// Boards of one node id that are remembered; two are too many already.
@@ -246,14 +248,22 @@ void CanRingBus::LogLimited(const std::string& text) {
 
 void CanRingBus::WatchHeartbeats(nanoseconds watch) {
   const nanoseconds now = clock_.Now();
-  // Among frames that the host lost may have been beats.
-  if (std::exchange(overflows_seen_, bus_.overflows()) != bus_.overflows()) {
-    for (auto& [id, node] : nodes_) node.last_heard = now;
-  }
+  // A host that was away finds old frames, and none in place of those that its queue lost: it has to listen anew.
+  const bool was_away = now - watched_ > watch || std::exchange(overflows_seen_, bus_.overflows()) != bus_.overflows();
+  if (was_away) listening_since_ = now;
+  watched_ = now;
   for (auto& [id, node] : nodes_) {
-    if (node.state == CanNodeState::kSilent || now - node.last_heard <= watch) continue;
+    if (node.state == CanNodeState::kSilent || now - std::max(node.last_heard, listening_since_) <= watch) continue;
     node.state = CanNodeState::kLost;
   }
+}
+
+bool CanRingBus::CollectAll() {
+  const nanoseconds now = clock_.Now();
+  for (int i = 0; i < kMostCollects; ++i) {
+    if (Collect(now)) return true;
+  }
+  return false;
 }
 
 Result<std::vector<std::byte>> CanRingBus::Transfer(SdoTransfer transfer, nanoseconds timeout,

@@ -85,7 +85,10 @@ class CanRingBus {
   /// When the frame that ended the last transfer came.
   [[nodiscard]] std::chrono::nanoseconds last_reply_time() const { return last_reply_time_; }
 
-  /// Marks nodes lost of which nothing was heard for `watch`. Call when everything is collected.
+  /// Takes what is there. False: there is still more.
+  bool CollectAll();
+  /// Marks nodes lost of which nothing was heard for `watch` in which the host was listening: this is called at least
+  /// as often. Call it when everything is collected.
   void WatchHeartbeats(std::chrono::nanoseconds watch);
   /// Notes a failure of the seam.
   void Note(const CanFailure& failure, const std::string& attempted);
@@ -124,6 +127,8 @@ class CanRingBus {
   bool refused_ = false;  ///< The last transfer was ended by the node itself.
   std::chrono::nanoseconds last_reply_time_{0};
   std::uint64_t overflows_seen_ = 0;
+  std::chrono::nanoseconds watched_{0};  ///< Last call of WatchHeartbeats.
+  std::chrono::nanoseconds listening_since_{0};
   std::chrono::nanoseconds log_window_{0};
   int log_lines_ = 0;
   std::uint64_t log_dropped_ = 0;

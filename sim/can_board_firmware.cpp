@@ -121,7 +121,7 @@ void CanBoardModel::Do(const Event& event, nanoseconds time) {
       outgoing_.push_back(EncodeHeartbeat({options_.node, NmtState::kBootUp}));
       return;
     case What::kBeat: {
-      if (event.run != beat_series_ || heartbeat_ms_ == 0) return;
+      if (event.run != beat_series_ || heartbeat_ms_ == 0 || time >= hung_from_) return;
       outgoing_.push_back(EncodeHeartbeat({options_.node, state_}));
       events_.emplace(time + std::chrono::milliseconds(heartbeat_ms_), event);
       return;
@@ -177,7 +177,7 @@ void CanBoardModel::OnFrame(const CanFrame& frame, nanoseconds time) {
     if (!std::exchange(told_same_id_, true)) SendEmergency(kEmergencySameNodeId);
     return;
   }
-  if (state_ == NmtState::kStopped) return;
+  if (state_ == NmtState::kStopped || time >= hung_from_) return;
   if (const auto answer = server_.Answer(frame)) {
     Event reply;
     reply.what = What::kSend;

@@ -40,6 +40,8 @@ class CanBoardModel final : public CanStation {
   /// The board loses its power at a time, or gets it again.
   void PowerOffAt(std::chrono::nanoseconds time);
   void PowerOnAt(std::chrono::nanoseconds time);
+  /// The firmware's main loop hangs from a time on: no heartbeat, no SDO; interrupts still serve SYNC and NMT.
+  void HangAt(std::chrono::nanoseconds time) { hung_from_ = time; }
   /// Sends an emergency message at a time.
   void EmergencyAt(std::chrono::nanoseconds time, std::uint16_t code);
   /// The emitters' power is outside its limits from now on: status of each level.
@@ -91,6 +93,7 @@ class CanBoardModel final : public CanStation {
   std::chrono::nanoseconds now_{0};
   NmtState state_ = NmtState::kBootUp;
   bool powered_ = true;
+  std::chrono::nanoseconds hung_from_ = std::chrono::nanoseconds::max();
   std::uint8_t status_ = 0;
   std::uint16_t protocol_version_ = 1;
   std::uint8_t error_register_ = 0;

@@ -561,7 +561,7 @@ TEST_F(CanRangeRingFaults, StopsWhenABoardReportsAnEmitterFaultInALevel) {
   EXPECT_THAT(level.error().Text(), HasSubstr("emitter fault"));
 }
 
-TEST_F(CanRangeRingFaults, NamesABoardWhoseBeatIsMissingWhileTheRingIsIdle) {
+TEST_F(CanRangeRingFaults, NamesABoardThatIsGoneWhileTheRingIsIdle) {
   const auto ring = Make();
   ASSERT_TRUE(ring);
   booth_.can_board(2).PowerOffAt(Now());
@@ -569,7 +569,32 @@ TEST_F(CanRangeRingFaults, NamesABoardWhoseBeatIsMissingWhileTheRingIsIdle) {
   const Status started = (*ring)->Start(kRate);
   ASSERT_FALSE(started);
   EXPECT_THAT(started.error().Text(), HasSubstr("ring board 1003"));
-  EXPECT_THAT(started.error().Text(), HasSubstr("heartbeat"));
+}
+
+TEST_F(CanRangeRingFaults, NamesTheMissingHeartbeatOfABoardWhoseLevelsStillCome) {
+  const auto ring = Started();
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(Next(*ring));
+  // The board's firmware is stuck in its interrupt: it fires and sends, but its main loop is dead.
+  booth_.can_board(7).HangAt(Now());
+  const nanoseconds hung = Now();
+  const auto level = ReadUntilFailure(*ring);
+  ASSERT_FALSE(level);
+  EXPECT_LE(Now() - hung, milliseconds(460));
+  EXPECT_THAT(level.error().Text(), HasSubstr("ring board 1008"));
+  EXPECT_THAT(level.error().Text(), HasSubstr("heartbeat"));
+}
+
+TEST_F(CanRangeRingFaults, StartsAfterAnIdleHourThoughItsQueueIsFullOfOldBeats) {
+  const auto ring = Make();
+  ASSERT_TRUE(ring);
+  booth_.clock().SleepUntil(Now() + seconds(3600));
+  const Status started = (*ring)->Start(kRate);
+  ASSERT_TRUE(started) << started.error().Text();
+  for (std::uint32_t sequence = 0; sequence < 30; ++sequence) {
+    const auto level = Next(**ring);
+    ASSERT_TRUE(level) << level.error().Text();
+    EXPECT_EQ(level->sequence, sequence);
+  }
 }
 
 TEST_F(CanRangeRingFaultsOnTwoBuses, BoardsOfTwoBusesFireTogetherByTheSyncWire) {
