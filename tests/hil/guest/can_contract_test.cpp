@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(CanKernel, CanBusContract,
                                                     [] { return std::make_unique<Controllers>(kClassic, false); }}),
                          NameOfCanBusCase);
 
-INSTANTIATE_TEST_SUITE_P(CanFdKernel, CanBusContract,
+INSTANTIATE_TEST_SUITE_P(FdCanKernel, CanBusContract,
                          testing::Values(CanBusCase{"CtuCan", [] { return std::make_unique<Controllers>(kFd, true); }}),
                          NameOfCanBusCase);
 

@@ -83,7 +83,7 @@ TEST_F(CanControllers, CarryIdentifiersOfBothKindsAndRemoteFramesWithoutLength) 
 }
 
 /// Two CAN FD controllers.
-class CanFdControllers : public CanInterface {
+class FdCanControllers : public CanInterface {
  protected:
   void SetUp() override {
     for (const std::string name : {"can0", "can1"}) {
@@ -101,7 +101,7 @@ class CanFdControllers : public CanInterface {
 
 // The state is left out: the driver believes that it stands still until the controller tells a change, QEMU's never
 // does.
-TEST_F(CanFdControllers, TellBothBitRates) {
+TEST_F(FdCanControllers, TellBothBitRates) {
   const auto link = bus_->ReadLink();
   ASSERT_TRUE(link) << CanFailureText(link.error());
   EXPECT_TRUE(link->fd);
