@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "base/ensure.h"
+#include "firmware_iface/can_bus_recovery.h"
 #include "firmware_iface/can_ring_boot.h"
 #include "firmware_iface/can_ring_bus.h"
+#include "firmware_iface/can_ring_orders.h"
 #include "firmware_iface/can_timing.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/ring_boards.h"
@@ -25,10 +27,6 @@ constexpr int kMissedBeats = 3;
 constexpr nanoseconds kBeatSlack = milliseconds(20);
 /// A controller that is error-passive for longer than this is not started with.
 constexpr nanoseconds kMostPassive = std::chrono::seconds(1);
-/// Restarts from bus-off: not faster, not more often between two good starts.
-constexpr nanoseconds kRestartPause = std::chrono::seconds(1);
-constexpr int kMostRestarts = 5;
-constexpr nanoseconds kReopenPause = milliseconds(50);
 /// Share of a bus that level frames may fill.
 constexpr double kMostLoad = 0.8;
 /// Attempts of orders while stopping: the time is bounded, and boards that do not hear stop with their SYNC.
@@ -57,7 +55,7 @@ class CanRangeRing final : public RangeRing {
         options_(std::move(options)),
         clock_(clock),
         losses_(links_.size(), 0.0),
-        restarts_(buses_.size()) {
+        recoveries_(buses_.size()) {
     for (const CanRingBoard& link : links_) boards_.push_back(link.board);
     SetLimits();
     CountOverflows();
@@ -80,11 +78,6 @@ class CanRangeRing final : public RangeRing {
   Result<ClockExchange> ReadClock(std::size_t board) override;
 
  private:
-  struct Restarts {
-    int count = 0;
-    std::optional<nanoseconds> last;
-  };
-
   [[nodiscard]] Status Gate(const char* call, State required) const;
   void SetLimits();
   [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
@@ -92,13 +85,7 @@ class CanRangeRing final : public RangeRing {
   [[nodiscard]] Status CheckBuses();
   [[nodiscard]] Status CheckNodes(CanNodeState required);
   Status StartBoards(Hertz level_rate);
-  /// Orders all nodes into a state and asks each whether it is there.
-  Status EnterAll(NmtCommand command, NmtState state, int attempts);
-  /// The board that produces SYNC on a bus: its first.
-  [[nodiscard]] std::optional<std::size_t> ProducerOf(std::size_t bus) const;
-  Status Write(std::size_t board, SdoAddress address, std::vector<std::byte> data, int attempts);
-  Status WriteAndReadBack(std::size_t board, SdoAddress address, std::uint32_t value);
-  Status StartSync(std::size_t producer);
+  [[nodiscard]] CanRingOrders Orders() { return {buses_, links_, options_.sdo_timeout, clock_}; }
   [[nodiscard]] bool HasDecision(std::size_t board);
   void Await(std::size_t board, nanoseconds deadline);
   [[nodiscard]] Status FirstFault();
@@ -108,8 +95,6 @@ class CanRangeRing final : public RangeRing {
   void CountOverflows();
   void UpdateCounters();
   Result<std::vector<CanRingBoard>> BootAgain(nanoseconds deadline);
-  Status BringBack(std::size_t bus, nanoseconds deadline);
-  Status RestartWithin(std::size_t bus, nanoseconds deadline);
 
   std::vector<CanRingBus> buses_;
   std::vector<CanRingBoard> links_;  ///< In the order of boards_.
@@ -120,9 +105,9 @@ class CanRangeRing final : public RangeRing {
   State state_ = State::kIdle;
   RingCounters counters_;
   std::uint64_t overflows_at_start_ = 0;
-  std::vector<double> losses_;  ///< Leaky buckets.
-  std::vector<Restarts> restarts_;
-  std::uint32_t wanted_ = 0;  ///< Sequence of the next level.
+  std::vector<double> losses_;              ///< Leaky buckets.
+  std::vector<CanBusRecovery> recoveries_;  ///< One per bus.
+  std::uint32_t wanted_ = 0;                ///< Sequence of the next level.
   std::uint8_t clock_question_ = 0;
 };
 
@@ -177,7 +162,7 @@ Status CanRangeRing::Start(Hertz level_rate) {
     static_cast<void>(Stop());
     return started;
   }
-  for (Restarts& bus : restarts_) bus = {};
+  for (CanBusRecovery& recovery : recoveries_) recovery = {};
   return {};
 }
 
@@ -229,75 +214,14 @@ Status CanRangeRing::CheckNodes(CanNodeState required) {
   return {};
 }
 
-std::optional<std::size_t> CanRangeRing::ProducerOf(std::size_t bus) const {
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    if (links_[board].bus == bus) return board;
-  }
-  return std::nullopt;
-}
-
-Status CanRangeRing::Write(std::size_t board, SdoAddress address, std::vector<std::byte> data, int attempts) {
-  return BusOf(board).Download(links_[board].node, address, std::move(data), options_.sdo_timeout, attempts);
-}
-
-Status CanRangeRing::WriteAndReadBack(std::size_t board, SdoAddress address, std::uint32_t value) {
-  RETURN_IF_ERROR(Write(board, address, ObjectBytes(value), kSdoAttempts));
-  const auto read = ReadNumber<std::uint32_t>(BusOf(board), links_[board].node, address, options_.sdo_timeout);
-  if (!read) return Fail(read);
-  if (*read == value) return {};
-  return Fail("set object " + SdoAddressText(address) + " of " + BoardName(boards_[board]),
-              "it reads " + std::to_string(*read) + " instead of " + std::to_string(value), "start the ring again");
-}
-
 Status CanRangeRing::StartBoards(Hertz level_rate) {
   const auto period_us = static_cast<std::uint32_t>(std::lround(1e6 / level_rate.value()));
-  // Only the change to operational sets a board's sequence back, so each must have been out of it.
-  RETURN_IF_ERROR(EnterAll(NmtCommand::kEnterPreOperational, NmtState::kPreOperational, kSdoAttempts));
-  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
-    const auto producer = ProducerOf(bus);
-    if (!producer) continue;
-    RETURN_IF_ERROR(WriteAndReadBack(*producer, kObjectSyncPeriod, period_us));
-    const auto drives = static_cast<std::uint8_t>(*producer == 0 ? 1 : 0);
-    RETURN_IF_ERROR(Write(*producer, kObjectDrivesSyncWire, ObjectBytes(drives), kSdoAttempts));
-  }
-  RETURN_IF_ERROR(EnterAll(NmtCommand::kStart, NmtState::kOperational, kSdoAttempts));
+  CanRingOrders orders = Orders();
+  RETURN_IF_ERROR(orders.Prepare(period_us));
   for (std::size_t board = 0; board < links_.size(); ++board) {
     NodeOf(board).levels.Begin(std::chrono::microseconds(period_us));
   }
-  // Those that follow the SYNC wire wait for its first edge; the one that drives it comes last.
-  for (std::size_t bus = buses_.size(); bus-- > 0;) {
-    const auto producer = ProducerOf(bus);
-    if (producer && *producer != 0) RETURN_IF_ERROR(StartSync(*producer));
-  }
-  return StartSync(0);
-}
-
-Status CanRangeRing::StartSync(std::size_t producer) {
-  return Write(producer, kObjectSyncId, ObjectBytes(static_cast<std::uint32_t>(CobId::kSync) | kSyncProducerBit),
-               kSdoAttempts);
-}
-
-Status CanRangeRing::EnterAll(NmtCommand command, NmtState state, int attempts) {
-  const std::string attempted = std::string("make the boards ") + NmtStateText(state);
-  for (CanRingBus& bus : buses_) RETURN_IF_ERROR(bus.Send(EncodeNmt({command, 0}), attempted));
-  for (std::size_t board = 0; board < links_.size(); ++board) {
-    const NodeId node = links_[board].node;
-    for (int attempt = 1;; ++attempt) {
-      const auto told = ReadNumber<std::uint8_t>(BusOf(board), node, kObjectNmtState, options_.sdo_timeout, attempts);
-      if (!told) return Fail(told);
-      if (*told == static_cast<std::uint8_t>(state)) break;
-      if (attempt == attempts) {
-        return Fail(attempted,
-                    BoardName(boards_[board]) + " is " + NmtStateText(static_cast<NmtState>(*told)) + " instead",
-                    "power-cycle the board");
-      }
-      RETURN_IF_ERROR(BusOf(board).Send(EncodeNmt({command, node}), attempted));
-    }
-    CanNode& known = NodeOf(board);
-    known.state = state == NmtState::kOperational ? CanNodeState::kOperational : CanNodeState::kPreOperational;
-    known.last_heard = clock_.Now();
-  }
-  return {};
+  return orders.StartSync();
 }
 
 bool CanRangeRing::HasDecision(std::size_t board) {
@@ -422,23 +346,9 @@ void CanRangeRing::UpdateCounters() {
 
 Status CanRangeRing::Stop() {
   const bool was_well = state_ == State::kStreaming;
-  const int attempts = was_well ? kStopAttempts : 1;
-  Status result;
-  const auto keep = [&](Status done) {
-    // What is known to be broken can not be stopped, and need not be.
-    if (!done && result && was_well) result = std::move(done);
-  };
-  // The driver of the SYNC wire first: then no board fires any more, whatever else goes wrong.
-  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
-    const auto producer = ProducerOf(bus);
-    if (!producer || buses_[bus].health().state == CanState::kDown) continue;
-    keep(Write(*producer, kObjectSyncId, ObjectBytes(static_cast<std::uint32_t>(CobId::kSync)), attempts));
-  }
-  for (CanRingBus& bus : buses_) {
-    if (bus.health().state == CanState::kDown) continue;
-    keep(bus.Send(EncodeNmt({NmtCommand::kEnterPreOperational, 0}), "stop the boards on " + bus.name()));
-    bus.Collect(clock_.Now());
-  }
+  Status result = Orders().StopAll(was_well ? kStopAttempts : 1);
+  // What is known to be broken can not be stopped, and need not be.
+  if (!was_well) result = {};
   UpdateCounters();
   for (std::size_t board = 0; board < links_.size(); ++board) NodeOf(board).levels.End();
   state_ = State::kIdle;
@@ -485,59 +395,12 @@ Status CanRangeRing::Reopen(nanoseconds deadline) {
 }
 
 Result<std::vector<CanRingBoard>> CanRangeRing::BootAgain(nanoseconds deadline) {
-  for (std::size_t bus = 0; bus < buses_.size(); ++bus) RETURN_IF_ERROR(BringBack(bus, deadline));
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
+    RETURN_IF_ERROR(recoveries_[bus].BringBack(buses_[bus], deadline, clock_));
+  }
   CanRangeRingOptions options = options_;
   options.boot_deadline = std::clamp(deadline - clock_.Now(), nanoseconds(0), options_.boot_deadline);
   return BootCanBoards(buses_, options, clock_);
-}
-
-/// Binds a bus anew that was down or gone, and brings it back from bus-off.
-Status CanRangeRing::BringBack(std::size_t bus, nanoseconds deadline) {
-  CanRingBus& known = buses_[bus];
-  known.Collect(clock_.Now());
-  auto link = known.bus().ReadLink();
-  while (!link || link->state == CanState::kDown || known.health().state == CanState::kDown) {
-    const auto bound = known.Rebind();
-    if (bound && known.health().state != CanState::kDown) break;
-    if (clock_.Now() >= deadline) {
-      return Fail("open " + known.name() + " again",
-                  bound ? "the CAN interface is down" : CanFailureText(bound.error()),
-                  "bring the interface up (ip link set " + known.name() + " up) or plug in its adapter");
-    }
-    clock_.SleepUntil(std::min(deadline, clock_.Now() + kReopenPause));
-    link = known.bus().ReadLink();
-  }
-  known.Forgive();
-  return RestartWithin(bus, deadline);
-}
-
-/// Waits for a controller to come back from bus-off, and restarts it where nothing else does: not more than once a
-/// second, at most five times.
-Status CanRangeRing::RestartWithin(std::size_t bus, nanoseconds deadline) {
-  CanRingBus& known = buses_[bus];
-  Restarts& restarts = restarts_[bus];
-  std::string refused;
-  while (true) {
-    const auto link = known.bus().ReadLink();
-    if (link && link->state != CanState::kBusOff) return {};
-    const bool by_itself = link && link->restart_ms.value_or(0) > 0;
-    const nanoseconds due = restarts.last ? *restarts.last + kRestartPause : clock_.Now();
-    if (!by_itself && clock_.Now() >= due) {
-      if (restarts.count == kMostRestarts) {
-        return Fail("bring " + known.name() + " back from bus-off", "restarted 5 times in vain" + refused,
-                    "check the bus' wiring, termination and bit rate, then start the program again");
-      }
-      ++restarts.count;
-      restarts.last = clock_.Now();
-      if (const auto done = known.bus().Restart(); !done) refused = " (" + CanFailureText(done.error()) + ")";
-    }
-    if (clock_.Now() >= deadline) {
-      return Fail("bring " + known.name() + " back from bus-off", "it is still bus-off" + refused,
-                  "check the bus' wiring, termination and bit rate; set restart-ms to 1000");
-    }
-    known.Collect(std::min(deadline, clock_.Now() + kReopenPause));
-    known.Forgive();
-  }
 }
 
 }  // namespace

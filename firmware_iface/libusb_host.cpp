@@ -124,9 +124,10 @@ int LibusbHost::OnHotplug(libusb_context*, libusb_device* device, libusb_hotplug
 }
 
 std::optional<UsbHotplug> LibusbHost::WaitHotplug(nanoseconds deadline) {
-  if (events_.empty()) context_->HandleEvents(nanoseconds(0));
-  while (events_.empty() && context_->clock().Now() < deadline) context_->HandleEvents(deadline);
-  if (events_.empty()) return std::nullopt;
+  while (events_.empty()) {
+    context_->HandleEvents(deadline);
+    if (events_.empty() && context_->clock().Now() >= deadline) return std::nullopt;
+  }
   UsbHotplug hotplug = std::move(events_.front());
   events_.pop_front();
   if (hotplug.kind == UsbHotplug::Kind::kArrived) {

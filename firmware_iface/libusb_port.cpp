@@ -186,9 +186,10 @@ UsbResult<void> LibusbPort::ClearHalt(std::uint8_t endpoint) {
 }
 
 std::optional<UsbCompletion> LibusbPort::WaitCompletion(nanoseconds deadline) {
-  if (completed_.empty()) context_.HandleEvents(nanoseconds(0));
-  while (completed_.empty() && context_.clock().Now() < deadline) context_.HandleEvents(deadline);
-  if (completed_.empty()) return std::nullopt;
+  while (completed_.empty()) {
+    context_.HandleEvents(deadline);
+    if (completed_.empty() && context_.clock().Now() >= deadline) return std::nullopt;
+  }
   UsbCompletion completion = std::move(completed_.front());
   completed_.pop_front();
   return completion;

@@ -22,6 +22,7 @@ const char* AdviceFor(UsbStatus status) {
 Status CheckCover(const std::vector<IdentifiedBoard>& sorted, std::uint16_t sensor_count) {
   const std::string attempted = "put the ring's boards together";
   std::vector<RingBoard> boards;
+  boards.reserve(sorted.size());
   for (const IdentifiedBoard& known : sorted) boards.push_back(known.board);
   const std::string map = "; found: " + BoardMap(boards);
   std::set<std::uint32_t> serials;

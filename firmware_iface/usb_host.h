@@ -44,9 +44,9 @@ class UsbHost {
   [[nodiscard]] virtual std::uint64_t transfer_memory() const = 0;
 };
 
-/// Watches and opens the ring's boards by libusb. The clock is borrowed and must be the host's (SystemClock). Everything
-/// happens inside calls on the host or its ports, on the caller's thread; what belongs to another port is queued there,
-/// stamped when libusb told of it.
+/// Watches and opens the ring's boards by libusb. The clock is borrowed and must be the host's (SystemClock).
+/// Everything happens inside calls on the host or its ports, on the caller's thread; what belongs to another port is
+/// queued there, stamped when libusb told of it.
 Result<std::unique_ptr<UsbHost>> OpenLibusbHost(Clock& clock);
 
 /// Opens a device that may just have come back, with retries after 50 ms, doubling up to 2 s, until `deadline`.

@@ -57,7 +57,7 @@ class UsbHostModel::Port final : public UsbPort {
     if (host_.transfer_memory_ > 0 && host_.memory_used_ + length > host_.transfer_memory_) {
       return FailWith(UsbStatus::kNoMemory, "usbfs_memory_mb is used up");
     }
-    const auto token = board_->SubmitBulkIn(endpoint, length);
+    auto token = board_->SubmitBulkIn(endpoint, length);
     if (!token) return token;
     lengths_[token->value] = length;
     host_.memory_used_ += length;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "firmware_iface/can_level_codec.h"
 #include "firmware_iface/canopen.h"
 #include "tests/firmware_iface/can_ring_fixture.h"
 
@@ -492,6 +493,18 @@ TEST_F(CanRangeRingSameId, B19_ABoardThatAppearsUnderAUsedNodeIdLaterIsFoundAndN
   ASSERT_FALSE(started);
   EXPECT_THAT(started.error().Text(), HasSubstr("1003"));
   EXPECT_EQ((*ring)->state(), RangeRing::State::kIdle);
+}
+
+TEST_F(CanRangeRingFaults, B19_LevelsOfAnotherBoardUnderAUsedNodeIdEndAScan) {
+  const auto ring = Started();
+  ASSERT_TRUE(Next(*ring));
+  LevelFrame foreign;
+  foreign.board_serial = 2222;
+  for (const CanFrame& frame : EncodeCanLevel(3, foreign)) buses_[0]->FrameAt(Now() + milliseconds(10), frame);
+  const auto level = ReadUntilFailure(*ring, 3);
+  ASSERT_FALSE(level);
+  EXPECT_THAT(level.error().Text(), HasSubstr("ring board 1003"));
+  EXPECT_THAT(level.error().Text(), HasSubstr("node id"));
 }
 
 TEST_F(CanRangeRingFaultsOnTwoBuses, B19_TheSameNodeIdOnTwoBusesIsRefused) {

@@ -324,7 +324,7 @@ TEST_F(UsbRangeRingFaults, B8_WhenTheKernelHasNoMemoryForTransfersTheRingIsNotAr
 }
 
 TEST_F(UsbRangeRingFaults, B8_TransfersThatCanNeverFitAreRefusedBeforeAnyBoardIsArmed) {
-  host_.SetTransferMemory(64 * 1024);  // 12 boards with 4 transfers of 2 KiB each take 96 KiB
+  host_.SetTransferMemory(65'536);  // 12 boards with 4 transfers of 2 KiB each take 96 KiB
   ASSERT_TRUE(Open());
   const Status started = ring_->Start(kRate);
   ASSERT_FALSE(started);
@@ -421,15 +421,18 @@ TEST_F(UsbRangeRingFaults, B10_ABoardOnASpareSocketIsTakenWhereItIs) {
 /// A board that takes requests and never answers them.
 class DeafPort final : public UsbPort {
  public:
-  DeafPort(UsbPort& port, Clock& clock, const bool& deaf) : port_(port), clock_(clock), deaf_(deaf) {}
+  DeafPort(UsbPort& port, Clock& clock) : port_(port), clock_(clock) {}
+
+  bool deaf = false;
+
   [[nodiscard]] const UsbIdentity& identity() const override { return port_.identity(); }
   UsbResult<std::vector<std::byte>> ControlIn(UsbRequest request, std::size_t length, nanoseconds timeout) override {
-    if (!deaf_) return port_.ControlIn(request, length, timeout);
+    if (!deaf) return port_.ControlIn(request, length, timeout);
     clock_.SleepUntil(clock_.Now() + timeout);
     return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kTimedOut, {}});
   }
   UsbResult<void> ControlOut(UsbRequest request, std::span<const std::byte> data, nanoseconds timeout) override {
-    if (!deaf_) return port_.ControlOut(request, data, timeout);
+    if (!deaf) return port_.ControlOut(request, data, timeout);
     clock_.SleepUntil(clock_.Now() + timeout);
     return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kTimedOut, {}});
   }
@@ -444,22 +447,20 @@ class DeafPort final : public UsbPort {
  private:
   UsbPort& port_;
   Clock& clock_;
-  const bool& deaf_;
 };
 
 TEST(UsbRangeRingStop, TakesASecondAtMostThoughNoBoardAnswers) {
   sim::Booth booth(sim::CylinderBooth());
-  bool deaf = false;
   std::vector<std::unique_ptr<DeafPort>> ports;
   std::vector<UsbPort*> borrowed;
   for (UsbPort* port : booth.usb_ports()) {
-    ports.push_back(std::make_unique<DeafPort>(*port, booth.clock(), deaf));
+    ports.push_back(std::make_unique<DeafPort>(*port, booth.clock()));
     borrowed.push_back(ports.back().get());
   }
   auto ring = MakeUsbRangeRing(borrowed, {}, booth.clock());
   ASSERT_TRUE(ring);
   ASSERT_TRUE((*ring)->Start(kRate));
-  deaf = true;
+  for (const auto& port : ports) port->deaf = true;
   const nanoseconds begin = booth.clock().Now();
   const Status stopped = (*ring)->Stop();
   EXPECT_LE(booth.clock().Now() - begin, seconds(1));

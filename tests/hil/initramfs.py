@@ -14,11 +14,20 @@ FOLDERS = ("bin", "dev", "etc/udev/rules.d", "hil", "lib64", "lib/modules", "pro
 UDEV_RULES = ("50-udev-default.rules", "60-serial.rules")
 SMALL_FILES = {
     "etc/passwd": "root:x:0:0:root:/:/bin/sh\n",
-    # Groups that udev's own rules name.
+    # Groups that udev's own rules and those of docs/booth.md name.
     "etc/group": "".join(f"{name}:x:{number}:\n" for number, name in enumerate(
-        ("root", "tty", "dialout", "kmem", "input", "video", "render", "sgx", "audio", "lp", "disk", "cdrom", "tape", "kvm"))),
+        ("root", "tty", "dialout", "kmem", "input", "video", "render", "sgx", "audio", "lp", "disk", "cdrom", "tape", "kvm", "annulus"))),
     "etc/udev/udev.conf": "",
 }
+
+
+def rules_of_the_booth(document):
+    """The udev rules that docs/booth.md tells the reader to install: the first block of code after their file name."""
+    with open(document, encoding="utf-8") as f:
+        match = re.search(r"60-annulus\.rules.*?```[a-z]*\n(.*?)```", f.read(), re.DOTALL)
+    if match is None:
+        raise HilError(f"read {document}: no block of rules after '60-annulus.rules': put it back, or mend rules_of_the_booth")
+    return match.group(1)
 
 
 def libraries(program):
@@ -60,7 +69,7 @@ class Initramfs:
         os.chmod(target, stat.S_IMODE(os.stat(source).st_mode) | 0o444)
 
     def add_program(self, source, name):
-        """A program and its shared libraries, without debugging symbols."""
+        """A program and its shared libraries."""
         self.copy(source, name)
         for wanted, real in libraries(source):
             if not os.path.exists(os.path.join(self.root, wanted.lstrip("/"))):
@@ -82,6 +91,7 @@ class Initramfs:
         os.symlink("/bin/udevadm", os.path.join(self.root, "lib/systemd/systemd-udevd"))
         for rule in UDEV_RULES:
             self.copy(os.path.join(package, "lib/udev/rules.d", rule), f"usr/lib/udev/rules.d/{rule}")
+        self.write("etc/udev/rules.d/60-annulus.rules", rules_of_the_booth(os.path.join(HERE, "../../docs/booth.md")))
 
     def pack(self, path):
         names = subprocess.run(["find", "."], cwd=self.root, stdout=subprocess.PIPE, check=True).stdout

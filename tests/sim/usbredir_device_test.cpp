@@ -142,6 +142,7 @@ class Machine {
 
 std::vector<int> Numbers(const std::vector<std::byte>& bytes) {
   std::vector<int> numbers;
+  numbers.reserve(bytes.size());
   for (const std::byte byte : bytes) numbers.push_back(std::to_integer<int>(byte));
   return numbers;
 }

@@ -16,7 +16,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
-#include <iostream>
+#include <exception>
 #include <optional>
 #include <sstream>
 
@@ -209,4 +209,11 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace annulus
 
-int main(int argc, char** argv) { return annulus::Main(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return annulus::Main(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "usbredir_ring: %s\n", error.what());
+    return 1;
+  }
+}

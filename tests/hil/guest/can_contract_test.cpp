@@ -23,7 +23,7 @@ class KernelBuses : public CanBusFixture {
     one_ = OpenOne(one);
     other_ = OpenOne(other);
     // The kernel switches time stamps on in the background when the first socket asks for them.
-    clock_.SleepUntil(clock_.Now() + std::chrono::milliseconds(300));
+    clock_.SleepUntil(clock_.Now() + std::chrono::milliseconds(150));
   }
 
  private:
@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(CanKernel, CanBusContract,
                                                     [] { return std::make_unique<Controllers>(kClassic, false); }}),
                          NameOfCanBusCase);
 
-INSTANTIATE_TEST_SUITE_P(CanFdKernel, CanBusContract,
+INSTANTIATE_TEST_SUITE_P(FdCanKernel, CanBusContract,
                          testing::Values(CanBusCase{"CtuCan", [] { return std::make_unique<Controllers>(kFd, true); }}),
                          NameOfCanBusCase);
 

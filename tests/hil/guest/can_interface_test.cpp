@@ -4,14 +4,9 @@
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 
-#include <algorithm>
-#include <cstring>
 #include <functional>
-#include <memory>
 
-#include "firmware_iface/can_bus.h"
-#include "tests/hil/guest/machine.h"
-#include "tests/hil/guest/raw_can.h"
+#include "tests/hil/guest/can_fixture.h"
 
 namespace annulus::hil {
 namespace {
@@ -19,77 +14,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
-
-CanFrame Numbered(std::uint32_t number) {
-  CanFrame frame;
-  frame.id = number % 0x800;
-  frame.size = 8;
-  std::memcpy(frame.data.data(), &number, sizeof number);
-  return frame;
-}
-
-/// A virtual interface of its own per test, and the adapter on it.
-class CanInterface : public testing::Test {
- protected:
-  void SetUp() override {
-    Create();
-    Open(kName);
-  }
-  void TearDown() override {
-    bus_.reset();
-    Shell("/hil/ip link del vcan0 || true");
-  }
-  static void Create() {
-    Ip("link add dev vcan0 type vcan");
-    Ip("link set vcan0 mtu 72 up");
-  }
-  void Open(const std::string& name) {
-    auto bus = OpenSocketCan(name, clock_);
-    ASSERT_TRUE(bus) << bus.error().Text();
-    bus_ = std::move(*bus);
-  }
-  [[nodiscard]] nanoseconds In(nanoseconds time) const { return clock_.Now() + time; }
-  /// The next thing that is received, within patience; fails the test if nothing comes.
-  CanReception Next() {
-    auto reception = bus_->Receive(In(seconds(10)));
-    EXPECT_TRUE(reception) << CanFailureText(reception.error());
-    EXPECT_TRUE(reception && *reception) << "nothing came in 10 s";
-    return reception && *reception ? **reception : CanReception{};
-  }
-  CanFrame NextFrame() {
-    const CanReception reception = Next();
-    const auto* frame = std::get_if<CanFrame>(&reception.what);
-    EXPECT_NE(frame, nullptr) << "a report instead of a frame";
-    return frame != nullptr ? *frame : CanFrame{};
-  }
-  /// Receives until it fails, at most 10 s; the failure.
-  CanFault FaultOfReceive() {
-    const nanoseconds deadline = In(seconds(10));
-    while (clock_.Now() < deadline) {
-      const auto reception = bus_->Receive(In(milliseconds(200)));
-      if (!reception) return reception.error().fault;
-    }
-    ADD_FAILURE() << "no failure in 10 s";
-    return CanFault::kError;
-  }
-  /// The adapter takes and gives a frame again.
-  void ExpectWorks() {
-    RawCan other(kName);
-    ASSERT_TRUE(bus_->Send(Numbered(1)));
-    const auto sent = other.Receive(seconds(10));
-    ASSERT_TRUE(sent);
-    EXPECT_EQ(sent->can_id, 1U);
-    canfd_frame back{};
-    back.can_id = 77;
-    back.len = 2;
-    other.Send(back);
-    EXPECT_EQ(NextFrame().id, 77U);
-  }
-
-  static constexpr const char* kName = "vcan0";
-  SystemClock clock_;
-  std::unique_ptr<CanBus> bus_;
-};
 
 TEST_F(CanInterface, B14_TakenDownIsToldAndReopensWhenItIsUpAgain) {
   ExpectWorks();
@@ -231,47 +155,6 @@ TEST_F(CanInterface, B20_CountsFramesThatNobodyCollected) {
   EXPECT_EQ(received + bus_->overflows(), kFrames);
 }
 
-/// Two controllers of a real driver on one bus.
-class CanControllers : public CanInterface {
- protected:
-  void SetUp() override {
-    Ip("link set can0 txqueuelen 16 type can bitrate 500000 restart-ms 100");
-    Ip("link set can0 up");
-    Ip("link set can1 up type can bitrate 500000 restart-ms 0");
-    Open("can0");
-  }
-  void TearDown() override {
-    bus_.reset();
-    Ip("link set can0 down");
-    Ip("link set can1 down");
-  }
-};
-
-TEST_F(CanControllers, TellBitRateRestartTimeAndQueueLength) {
-  const auto link = bus_->ReadLink();
-  ASSERT_TRUE(link) << CanFailureText(link.error());
-  EXPECT_EQ(link->bit_rate, 500'000U);
-  EXPECT_EQ(link->restart_ms, 100U);
-  EXPECT_EQ(link->queue_length, 16U);
-  EXPECT_EQ(link->state, CanState::kErrorActive);
-  EXPECT_FALSE(link->fd);
-  Open("can1");
-  const auto other = bus_->ReadLink();
-  ASSERT_TRUE(other) << CanFailureText(other.error());
-  EXPECT_EQ(other->restart_ms, 0U);
-}
-
-TEST_F(CanControllers, AreListed) {
-  const auto links = ListCanInterfaces();
-  ASSERT_TRUE(links) << links.error().Text();
-  for (const char* name : {"can0", "can1"}) {
-    const auto found =
-        std::find_if(links->begin(), links->end(), [&](const CanLink& link) { return link.name == name; });
-    ASSERT_NE(found, links->end()) << name;
-    EXPECT_EQ(found->bit_rate, 500'000U) << name;
-  }
-}
-
 TEST_F(CanInterface, B13_AFullQueueIsToldAndNoFrameIsLostOrDoubled) {
   constexpr std::uint32_t kFrames = 400;
   // 500 frames/s of 16 bytes, 16 of them queued: the kernel's own way to be a slow bus.
@@ -281,9 +164,7 @@ TEST_F(CanInterface, B13_AFullQueueIsToldAndNoFrameIsLostOrDoubled) {
   std::uint32_t received = 0;
   const auto collect = [&](milliseconds patience) {
     while (const auto frame = other.Receive(patience)) {
-      std::uint32_t number = 0;
-      std::memcpy(&number, frame->data, sizeof number);
-      ASSERT_EQ(number, received);
+      ASSERT_EQ(NumberOf(*frame), received);
       ++received;
     }
   };
@@ -302,23 +183,6 @@ TEST_F(CanInterface, B13_AFullQueueIsToldAndNoFrameIsLostOrDoubled) {
   collect(seconds(2));
   EXPECT_EQ(received, kFrames);
   EXPECT_GT(full, 0U);
-}
-
-TEST_F(CanControllers, CarryABurstWithoutLossOrDoubling) {
-  constexpr std::uint32_t kFrames = 2000;
-  RawCan other("can1");
-  std::uint32_t received = 0;
-  for (std::uint32_t i = 0; i < kFrames; ++i) {
-    const auto sent = bus_->Send(Numbered(i));
-    ASSERT_TRUE(sent) << CanFailureText(sent.error());
-  }
-  while (const auto frame = other.Receive(seconds(2))) {
-    std::uint32_t number = 0;
-    std::memcpy(&number, frame->data, sizeof number);
-    ASSERT_EQ(number, received);
-    ++received;
-  }
-  EXPECT_EQ(received, kFrames);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST(CanPlatform, TwoKvaserControllersCarryFramesBothWays) {
   Ip("link set can1 down");
 }
 
-TEST(CanFdPlatform, TwoCtuControllersCarryFdFramesBothWays) {
+TEST(FdCanPlatform, TwoCtuControllersCarryFdFramesBothWays) {
   Ip("link set can0 up type can bitrate 500000 dbitrate 2000000 fd on");
   Ip("link set can1 up type can bitrate 500000 dbitrate 2000000 fd on");
   ExpectCarries(RawCan("can0"), RawCan("can1"), 200, true);

@@ -15,7 +15,7 @@ mkdir -p /dev/pts && mount -t devpts devpts /dev/pts
 /hil/ip link set lo up
 
 if [ -x /bin/udevadm ] && [ "$hil_udev" = 1 ]; then
-  /lib/systemd/systemd-udevd --daemon --resolve-names=never || echo "HIL: udevd did not start"
+  /lib/systemd/systemd-udevd --daemon || echo "HIL: udevd did not start"
 fi
 while read -r module; do
   insmod "$module" || echo "HIL: cannot load $module"
@@ -27,10 +27,7 @@ echo "HIL: start $hil at $(cut -d' ' -f1 /proc/uptime) s, kernel $(uname -r)"
 [ "$hil_long" = 1 ] && export ANNULUS_LONG=1
 timeout -s KILL "$hil_seconds" /hil/hil_guest --gtest_filter="$hil_filter" --gtest_color=no </dev/null
 status=$?
-if dmesg | grep -qE 'BUG:|Oops|WARNING:|Call Trace:'; then
-  echo "HIL: the kernel complains:"
-  dmesg | grep -A 25 -E 'BUG:|Oops|WARNING:|Call Trace:' | head -n 80
-fi
+dmesg | grep -E 'BUG:|Oops|WARNING:' | sed 's/^/HIL: complaint: /'
 echo "HIL: verdict $hil exit $status after $(cut -d' ' -f1 /proc/uptime) s"
 sync
 poweroff -f

@@ -1,8 +1,10 @@
 #include "tests/hil/guest/machine.h"
 
 #include <fcntl.h>
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -61,6 +63,18 @@ std::string Shell(const std::string& command) {
 }
 
 std::string Ip(const std::string& arguments) { return Shell("/hil/ip " + arguments); }
+
+bool HasRightsOfTheBooth(const std::string& node) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const group* ours = ::getgrnam("annulus");
+  while (ours != nullptr && std::chrono::steady_clock::now() < deadline) {
+    struct stat status {};
+    if (::stat(node.c_str(), &status) == 0 && status.st_gid == ours->gr_gid && (status.st_mode & 0777) == 0660)
+      return true;
+    ::usleep(50'000);
+  }
+  return false;
+}
 
 std::string AskHost(const std::string& request) {
   static const int port = OpenRequestPort();

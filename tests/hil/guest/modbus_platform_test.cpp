@@ -7,12 +7,13 @@
 namespace annulus::hil {
 namespace {
 
-TEST(ModbusPlatform, ASerialPortAndAUsbAdapterByItsIdentityAreThere) {
+TEST(ModbusPlatform, TheBoardsPortAndTheUsbAdapterAreThereWithTheRightsOfTheBooth) {
   Shell("test -c /dev/ttyS1");
   AskHost("adapter plug");
-  Shell("udevadm settle --timeout=20; for i in $(seq 100); do [ -d /dev/serial/by-id ] && break; sleep 0.1; done");
-  EXPECT_NE(Shell("ls /dev/serial/by-id"), "");
-  Shell("test -c /dev/serial/by-id/*");
+  Shell("for i in $(seq 300); do [ -e /dev/serial/by-id/* ] && exit 0; sleep 0.1; done; exit 1");
+  const std::string port = Shell("printf %s $(readlink -f /dev/serial/by-id/*)");
+  EXPECT_TRUE(HasRightsOfTheBooth(port)) << port;
+  EXPECT_EQ(Shell("cat /sys/bus/usb-serial/devices/*/latency_timer"), "1\n");
 }
 
 TEST(ModbusPlatform, TheHostAnswersRequests) { EXPECT_EQ(AskHost("echo hello there"), "hello there"); }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "base/clock.h"
 #include "tests/hil/guest/machine.h"
 #include "tests/hil/guest/usb_ring.h"
@@ -17,6 +19,22 @@ TEST(UsbPlatform, TheKernelFindsTwelveBoardsAndLosesAndFindsOneAgain) {
   Shell("for i in $(seq 100); do grep -q RB1006 /sys/bus/usb/devices/*/serial || exit 0; sleep 0.1; done; exit 1");
   Plug(5);
   ASSERT_TRUE(WaitForBoards(clock));
+}
+
+TEST(UsbPlatform, TheRulesOfTheBoothGiveAccessAndForbidSleep) {
+  SystemClock clock;
+  ASSERT_TRUE(WaitForBoards(clock));
+  std::size_t boards = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/sys/bus/usb/devices")) {
+    const std::string folder = entry.path().string();
+    if (!std::filesystem::exists(folder + "/idProduct") || Shell("cat " + folder + "/idProduct") != "a180\n") continue;
+    ++boards;
+    const std::string node =
+        Shell("printf '/dev/bus/usb/%03d/%03d' $(cat " + folder + "/busnum " + folder + "/devnum)");
+    EXPECT_TRUE(HasRightsOfTheBooth(node)) << node;
+    EXPECT_EQ(Shell("cat " + folder + "/power/control"), "on\n") << folder;
+  }
+  EXPECT_EQ(boards, kBoards);
 }
 
 }  // namespace
