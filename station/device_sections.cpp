@@ -173,7 +173,7 @@ void ReadAxisSection(const toml::node& node, AxisConfig& axis) {
                 keys.link = Text(n, key);
                 keys.link_at = &n;
               }},
-             {"unit", ToWhole(keys.unit, 1, 247)},
+             {"unit", ToWhole(keys.unit, 0, 255)},
              {"baud", ToWhole(keys.serial.baud, 1200, 4'000'000)},
              {"parity", [&](const toml::node& n, const std::string& key) { keys.parity = ParityOf(n, key); }},
              {"stop_bits", ToWhole(keys.serial.stop_bits, 1, 2)},
