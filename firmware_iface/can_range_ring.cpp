@@ -8,7 +8,6 @@
 #include "firmware_iface/can_ring_boot.h"
 #include "firmware_iface/can_ring_bus.h"
 #include "firmware_iface/can_ring_orders.h"
-#include "firmware_iface/can_timing.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/ring_boards.h"
 #include "firmware_iface/ring_objects.h"
@@ -27,8 +26,6 @@ constexpr int kMissedBeats = 3;
 constexpr nanoseconds kBeatSlack = milliseconds(20);
 /// A controller that is error-passive for longer than this is not started with.
 constexpr nanoseconds kMostPassive = std::chrono::seconds(1);
-/// Share of a bus that level frames may fill.
-constexpr double kMostLoad = 0.8;
 /// Attempts of orders while stopping: the time is bounded, and boards that do not hear stop with their SYNC.
 constexpr int kStopAttempts = 2;
 
@@ -57,7 +54,7 @@ class CanRangeRing final : public RangeRing {
         losses_(links_.size(), 0.0),
         recoveries_(buses_.size()) {
     for (const CanRingBoard& link : links_) boards_.push_back(link.board);
-    SetLimits();
+    limits_ = LimitsOf(buses_, links_, options_.sensor_count);
     CountOverflows();
   }
   ~CanRangeRing() override {
@@ -79,7 +76,6 @@ class CanRangeRing final : public RangeRing {
 
  private:
   [[nodiscard]] Status Gate(const char* call, State required) const;
-  void SetLimits();
   [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
   [[nodiscard]] CanNode& NodeOf(std::size_t board) { return BusOf(board).nodes().at(links_[board].node); }
   [[nodiscard]] Status CheckBuses();
@@ -115,31 +111,6 @@ Status CanRangeRing::Gate(const char* call, State required) const {
   if (state_ == required) return {};
   return Fail(call, std::string("the ring is ") + StateText(state_) + ", it must be " + StateText(required),
               "stop the ring and start it again");
-}
-
-/// The boards' own limits, and what each bus can carry.
-void CanRangeRing::SetLimits() {
-  limits_ = {options_.sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
-  std::vector<double> level_s(buses_.size(), 0.0);
-  for (const CanRingBoard& link : links_) {
-    limits_.min_level_rate = std::max(limits_.min_level_rate, link.limits.min_level_rate);
-    limits_.max_level_rate = std::min(limits_.max_level_rate, link.limits.max_level_rate);
-    CanBitRates rates;
-    if (const auto set_up = buses_[link.bus].bus().ReadLink()) {
-      rates.nominal = set_up->bit_rate.value_or(rates.nominal);
-      rates.data = set_up->data_bit_rate.value_or(rates.data);
-    }
-    nanoseconds time{0};
-    if (link.fd) {
-      time = LongestFrameTime(EncodeCanFdLevel(link.node, {}), rates);
-    } else {
-      for (const CanFrame& frame : EncodeCanLevel(link.node, {})) time += LongestFrameTime(frame, rates);
-    }
-    level_s[link.bus] += static_cast<double>(time.count()) * 1e-9;
-  }
-  for (const double seconds : level_s) {
-    if (seconds > 0.0) limits_.max_level_rate = std::min(limits_.max_level_rate, Hertz(kMostLoad / seconds));
-  }
 }
 
 Status CanRangeRing::Start(Hertz level_rate) {
@@ -390,7 +361,7 @@ Status CanRangeRing::Reopen(nanoseconds deadline) {
   links_ = std::move(*links);
   boards_.clear();
   for (const CanRingBoard& link : links_) boards_.push_back(link.board);
-  SetLimits();
+  limits_ = LimitsOf(buses_, links_, options_.sensor_count);
   return {};
 }
 

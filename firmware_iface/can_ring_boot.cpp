@@ -1,10 +1,12 @@
 #include "firmware_iface/can_ring_boot.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "firmware_iface/can_timing.h"
 #include "firmware_iface/ring_boards.h"
 #include "firmware_iface/ring_objects.h"
 
@@ -20,6 +22,8 @@ constexpr nanoseconds kPollPause = milliseconds(5);
 /// How long another node of the same id may take to answer too.
 constexpr nanoseconds kSecondAnswerTime = milliseconds(20);
 constexpr std::size_t kMostTextBytes = 32;
+/// Share of a bus that level frames may fill.
+constexpr double kMostLoad = 0.8;
 
 std::string List(const std::vector<std::string>& names) {
   std::string text;
@@ -37,6 +41,19 @@ std::string MissingSerials(const CanRangeRingOptions& options, const std::set<st
 }
 
 bool HasBooted(const CanNode& node) { return node.state != CanNodeState::kSilent; }
+
+/// How long the frames of one level of a board occupy its bus, at most.
+nanoseconds LevelTime(const CanRingBoard& one, CanBus& bus) {
+  CanBitRates rates;
+  if (const auto link = bus.ReadLink()) {
+    rates.nominal = link->bit_rate.value_or(rates.nominal);
+    rates.data = link->data_bit_rate.value_or(rates.data);
+  }
+  if (one.fd) return LongestFrameTime(EncodeCanFdLevel(one.node, {}), rates);
+  nanoseconds time{0};
+  for (const CanFrame& frame : EncodeCanLevel(one.node, {})) time += LongestFrameTime(frame, rates);
+  return time;
+}
 
 /// Boots the nodes of all buses, step by step; what it learns is kept in `boards`.
 class Boot {
@@ -280,6 +297,22 @@ Result<std::vector<CanRingBoard>> BootCanBoards(std::vector<CanRingBus>& buses, 
   RETURN_IF_ERROR(boot.IdentifyAll());
   RETURN_IF_ERROR(boot.CheckCover());
   return boot.Take();
+}
+
+RingLimits LimitsOf(std::vector<CanRingBus>& buses, const std::vector<CanRingBoard>& boards,
+                    std::uint16_t sensor_count) {
+  RingLimits limits{sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
+  std::vector<nanoseconds> level_time(buses.size());
+  for (const CanRingBoard& one : boards) {
+    limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
+    limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
+    level_time[one.bus] += LevelTime(one, buses[one.bus].bus());
+  }
+  for (const nanoseconds time : level_time) {
+    if (time.count() == 0) continue;
+    limits.max_level_rate = std::min(limits.max_level_rate, Hertz(kMostLoad * 1e9 / static_cast<double>(time.count())));
+  }
+  return limits;
 }
 
 }  // namespace annulus

@@ -24,6 +24,10 @@ struct CanRingBoard {
 Result<std::vector<CanRingBoard>> BootCanBoards(std::vector<CanRingBus>& buses, const CanRangeRingOptions& options,
                                                 Clock& clock);
 
+/// The boards' own limits, and what each bus can carry: level frames fill 80 % of it at most.
+[[nodiscard]] RingLimits LimitsOf(std::vector<CanRingBus>& buses, const std::vector<CanRingBoard>& boards,
+                                  std::uint16_t sensor_count);
+
 /// Attempts of an exchange that may be repeated.
 inline constexpr int kSdoAttempts = 4;
 

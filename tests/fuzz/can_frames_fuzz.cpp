@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -118,22 +119,34 @@ class FuzzedBus final : public annulus::CanBus {
     std::uint32_t& sequence = sequences_[node];
     constexpr std::int32_t kSteps[] = {0, 0, 0, 0, 0, 1, 1, 2, 3, 8, 16, 17, -1, -2, 300, 33'000};
     sequence += static_cast<std::uint32_t>(kSteps[choice / 8 % 16]);
+    const std::uint32_t serial = choice >= 252 ? SerialOf(kNodes + 1) : SerialOf(node);
+    if (encoded_.sequence != sequence || encoded_.board_serial != serial) {
+      encoded_ = LevelOf(serial, sequence);
+      parts_ = annulus::EncodeCanLevel(1, encoded_);
+    }
+    if (kind % 8 == 7) return What(annulus::EncodeCanFdLevel(node, encoded_));
+    CanFrame part = parts_[choice % 8 % annulus::kCanFramesPerLevel];
+    part.id += node - 1U;
+    return What(part);
+  }
+  static LevelFrame LevelOf(std::uint32_t serial, std::uint32_t sequence) {
     LevelFrame level;
-    level.board_serial = choice >= 252 ? SerialOf(kNodes + 1) : SerialOf(node);
+    level.board_serial = serial;
     level.sequence = sequence;
     level.device_time = std::chrono::microseconds(sequence * 33'000ULL % 4'000'000'000ULL);
     for (std::size_t i = 0; i < annulus::kSensorsPerBoard; ++i) {
       level.range_um[i] = (sequence * 16 + static_cast<std::uint32_t>(i)) % 30'000 * annulus::kCanRangeStepUm;
       level.quality[i] = static_cast<std::uint8_t>(17 * (sequence % 15 + 1));
     }
-    if (kind % 8 == 7) return What(annulus::EncodeCanFdLevel(node, level));
-    return What(annulus::EncodeCanLevel(node, level)[choice % 8 % annulus::kCanFramesPerLevel]);
+    return level;
   }
 
   Bytes& bytes_;
   annulus::ManualClock& clock_;
-  std::map<NodeId, std::uint32_t> sequences_;
+  std::array<std::uint32_t, kNodes + 1> sequences_{};
   std::vector<CanFrame> given_;
+  LevelFrame encoded_;  ///< The level of which a part was given out last, and its parts for node 1.
+  std::array<CanFrame, annulus::kCanFramesPerLevel> parts_{};
 };
 
 /// Every part of a level that came out must have gone in, byte for byte; of qualities only those of returns.
