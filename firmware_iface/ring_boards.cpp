@@ -1,6 +1,7 @@
 #include "firmware_iface/ring_boards.h"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -117,6 +118,37 @@ Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>&
   });
   RETURN_IF_ERROR(CheckCover(known, options.sensor_count));
   return known;
+}
+
+Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& options) {
+  auto known = IdentifyBoard(port, options);
+  if (!known) return known;
+  const auto stopped = port.ControlOut(RequestTo(BoardRequest::kStop), {}, options.control_timeout);
+  if (!stopped) return FailUsb("stop " + BoardName(known->board), stopped.error());
+  return known;
+}
+
+RingLimits CommonLimits(const std::vector<IdentifiedBoard>& known, std::uint16_t sensor_count) {
+  RingLimits limits{sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
+  for (const IdentifiedBoard& one : known) {
+    limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
+    limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
+  }
+  return limits;
+}
+
+Status CheckPlaces(const std::vector<RingBoard>& before, const std::vector<RingBoard>& now) {
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    bool swapped = now[i].serial != before[i].serial || now[i].first_sensor != before[i].first_sensor;
+    for (std::size_t j = 0; j < now.size(); ++j) {
+      swapped = swapped || (i != j && now[i].port_path == before[j].port_path);
+    }
+    if (!swapped) continue;
+    return Fail("open the ring again",
+                "boards have changed places; before: " + BoardMap(before) + "; now: " + BoardMap(now),
+                "plug each board in where it was, or correct [ring] boards, and open the ring again");
+  }
+  return {};
 }
 
 Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,

@@ -28,6 +28,17 @@ Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>&
 /// Asks one port who is there.
 Result<IdentifiedBoard> IdentifyBoard(UsbPort& port, const UsbRangeRingOptions& options);
 
+/// Asks a board on a port just opened who it is, and stops it: it may have been streaming for a program that was
+/// killed.
+Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& options);
+
+/// What all boards can do.
+[[nodiscard]] RingLimits CommonLimits(const std::vector<IdentifiedBoard>& known, std::uint16_t sensor_count);
+
+/// A board that came back as another one, or on a port where another belongs, would put its ranges in the wrong place:
+/// an Error that shows both maps. Both lists are in the same order.
+Status CheckPlaces(const std::vector<RingBoard>& before, const std::vector<RingBoard>& now);
+
 /// Opens every ring board that the host lists, with retries until `deadline` for those that have just come. Fails if
 /// there is none, if two have the same serial number (with a list of all), or if one can not be opened.
 Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,

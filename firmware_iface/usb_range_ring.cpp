@@ -40,16 +40,6 @@ const char* StateText(RangeRing::State state) {
   return "unknown";
 }
 
-/// Asks a board on a port just opened who it is, and stops it: it may have been streaming for a program that was
-/// killed.
-Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& options) {
-  auto known = IdentifyBoard(port, options);
-  if (!known) return known;
-  const auto stopped = port.ControlOut(RequestTo(BoardRequest::kStop), {}, options.control_timeout);
-  if (!stopped) return FailUsb("stop " + BoardName(known->board), stopped.error());
-  return known;
-}
-
 class UsbRangeRing final : public RangeRing {
  public:
   /// `host` is null if the ports are borrowed.
@@ -94,7 +84,6 @@ class UsbRangeRing final : public RangeRing {
   Status ReopenBorrowed(nanoseconds deadline);
   /// Makes sure that this board is there, on its old port or on one opened anew.
   Status Find(std::size_t board, nanoseconds deadline);
-  [[nodiscard]] Status CheckPlaces() const;
 
   std::vector<RingBoard> boards_;
   std::vector<RingBoard> accepted_;  ///< Who was where when the ring was last complete.
@@ -307,7 +296,7 @@ Status UsbRangeRing::Reopen(nanoseconds deadline) {
     missing += (missing.empty() ? "" : "; ") + BoardName(boards_[board]) + ": " + found.error().seen;
     if (!first) first = found.error();
   }
-  usable_ = first ? Status(Fail("open the ring again", missing, first->advice)) : CheckPlaces();
+  usable_ = first ? Status(Fail("open the ring again", missing, first->advice)) : CheckPlaces(accepted_, boards_);
   if (usable_) accepted_ = boards_;
   return usable_;
 }
@@ -345,22 +334,6 @@ Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
   }
 }
 
-/// A board that came back as another one, or on a port where another belongs, would put its ranges in the wrong place.
-Status UsbRangeRing::CheckPlaces() const {
-  const std::vector<RingBoard>& before = accepted_;
-  for (std::size_t i = 0; i < boards_.size(); ++i) {
-    bool swapped = boards_[i].serial != before[i].serial || boards_[i].first_sensor != before[i].first_sensor;
-    for (std::size_t j = 0; j < boards_.size(); ++j) {
-      swapped = swapped || (i != j && boards_[i].port_path == before[j].port_path);
-    }
-    if (!swapped) continue;
-    return Fail("open the ring again",
-                "boards have changed places; before: " + BoardMap(before) + "; now: " + BoardMap(boards_),
-                "plug each board in where it was, or correct [ring] boards, and open the ring again");
-  }
-  return {};
-}
-
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
   if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
@@ -377,16 +350,6 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   if (!time) return Fail(time);
   exchange.device_time = *time;
   return exchange;
-}
-
-/// What all boards can do.
-RingLimits CommonLimits(const std::vector<IdentifiedBoard>& known, std::uint16_t sensor_count) {
-  RingLimits limits{sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
-  for (const IdentifiedBoard& one : known) {
-    limits.min_level_rate = std::max(limits.min_level_rate, one.limits.min_level_rate);
-    limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
-  }
-  return limits;
 }
 
 }  // namespace

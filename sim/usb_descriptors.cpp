@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "firmware_iface/usb_frame_codec.h"
 
@@ -19,6 +20,17 @@ constexpr std::uint16_t kEnglish = 0x0409;
 constexpr std::uint8_t kManufacturer = 1;
 constexpr std::uint8_t kProduct = 2;
 constexpr std::uint8_t kSerial = 3;
+
+// Of bmRequestType, and bRequest of standard requests.
+constexpr std::uint8_t kDirectionIn = 0x80;
+constexpr std::uint8_t kTypeMask = 0x60;
+constexpr std::uint8_t kStandard = 0x00;
+constexpr std::uint8_t kVendor = 0x40;
+constexpr std::uint8_t kGetStatus = 0;
+constexpr std::uint8_t kClearFeature = 1;
+constexpr std::uint8_t kGetDescriptor = 6;
+
+tl::unexpected<UsbFailure> Stall() { return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kStall, {}}); }
 
 /// Collects bytes, least significant first.
 class Descriptor {
@@ -66,6 +78,17 @@ std::vector<std::byte> Text(std::string_view text) {
   return out.Take();
 }
 
+UsbResult<std::vector<std::byte>> AnswerStandard(UsbPort& board, const UsbSetup& setup) {
+  if (setup.request == kGetDescriptor) {
+    if (auto descriptor = BoardDescriptor(board.identity(), setup.value)) return std::move(*descriptor);
+  }
+  if (setup.request == kGetStatus) return std::vector<std::byte>(2);
+  if (setup.request == kClearFeature && board.ClearHalt(static_cast<std::uint8_t>(setup.index & 0xFFU))) {
+    return std::vector<std::byte>{};
+  }
+  return Stall();
+}
+
 }  // namespace
 
 std::optional<std::vector<std::byte>> BoardDescriptor(const UsbIdentity& identity, std::uint16_t value) {
@@ -86,6 +109,18 @@ std::optional<std::vector<std::byte>> BoardDescriptor(const UsbIdentity& identit
     default:
       return std::nullopt;
   }
+}
+
+UsbResult<std::vector<std::byte>> AnswerSetup(UsbPort& board, const UsbSetup& setup, std::span<const std::byte> data,
+                                              std::chrono::nanoseconds timeout) {
+  const std::uint8_t type = setup.type & kTypeMask;
+  if (type == kStandard) return AnswerStandard(board, setup);
+  if (type != kVendor) return Stall();
+  const UsbRequest request{setup.request, setup.value, setup.index};
+  if ((setup.type & kDirectionIn) != 0) return board.ControlIn(request, setup.length, timeout);
+  const auto done = board.ControlOut(request, data, timeout);
+  if (!done) return tl::unexpected<UsbFailure>(done.error());
+  return std::vector<std::byte>{};
 }
 
 }  // namespace annulus::sim

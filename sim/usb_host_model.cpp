@@ -129,9 +129,7 @@ void UsbHostModel::Schedule(const Event& event) {
   plan_.insert(after, event);
 }
 
-void UsbHostModel::UnplugAt(std::size_t board, nanoseconds time) {
-  Schedule({time, board, false, {}});
-}
+void UsbHostModel::UnplugAt(std::size_t board, nanoseconds time) { Schedule({time, board, false, {}}); }
 
 void UsbHostModel::PlugAt(std::size_t board, nanoseconds time, nanoseconds not_ready) {
   Schedule({time, board, true, not_ready});

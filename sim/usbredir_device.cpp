@@ -31,14 +31,7 @@ constexpr nanoseconds kLongAgo{0};
 constexpr std::size_t kMostTransfers = 256;
 constexpr std::size_t kMostTransferBytes = std::size_t{1} << 20;
 
-// bmRequestType and bRequest of chapter 9 of the USB specification.
 constexpr std::uint8_t kDirectionIn = 0x80;
-constexpr std::uint8_t kTypeMask = 0x60;
-constexpr std::uint8_t kStandard = 0x00;
-constexpr std::uint8_t kVendor = 0x40;
-constexpr std::uint8_t kGetStatus = 0;
-constexpr std::uint8_t kClearFeature = 1;
-constexpr std::uint8_t kGetDescriptor = 6;
 
 /// Index of an endpoint in the tables of usbredir: 0 … 15 out, 16 … 31 in.
 constexpr std::size_t TableIndex(std::uint8_t endpoint) {
@@ -128,9 +121,6 @@ class Device final : public UsbredirDevice {
   void TellConfiguration(std::uint64_t id, std::uint8_t configuration);
   void TellAlternate(std::uint64_t id, std::uint8_t interface, std::uint8_t alternate);
   void Control(std::uint64_t id, usb_redir_control_packet_header header, std::span<const std::byte> data);
-  UsbResult<std::vector<std::byte>> Answer(const usb_redir_control_packet_header& header,
-                                           std::span<const std::byte> data);
-  UsbResult<std::vector<std::byte>> AnswerStandard(const usb_redir_control_packet_header& header);
   void Bulk(std::uint64_t id, usb_redir_bulk_packet_header header);
   void CancelBulk(std::uint64_t id);
   void StartReceiving(std::uint64_t id, const usb_redir_start_bulk_receiving_header& header);
@@ -293,7 +283,8 @@ void Device::TellAlternate(std::uint64_t id, std::uint8_t interface, std::uint8_
 
 void Device::Control(std::uint64_t id, usb_redir_control_packet_header header, std::span<const std::byte> data) {
   if (!plugged_) return;
-  auto answer = Answer(header, data);
+  const UsbSetup setup{header.requesttype, header.request, header.value, header.index, header.length};
+  auto answer = AnswerSetup(board_, setup, data, kControlTimeout);
   std::vector<std::byte> reply = answer ? std::move(*answer) : std::vector<std::byte>{};
   header.status = WireStatus(answer ? UsbStatus::kCompleted : answer.error().status);
   const bool in = (header.requesttype & kDirectionIn) != 0;
@@ -304,30 +295,6 @@ void Device::Control(std::uint64_t id, usb_redir_control_packet_header header, s
   usbredirparser_send_control_packet(parser_.get(), id, &header,
                                      in ? reinterpret_cast<std::uint8_t*>(reply.data()) : nullptr,
                                      in ? static_cast<int>(reply.size()) : 0);
-}
-
-UsbResult<std::vector<std::byte>> Device::Answer(const usb_redir_control_packet_header& header,
-                                                 std::span<const std::byte> data) {
-  const std::uint8_t type = header.requesttype & kTypeMask;
-  if (type == kStandard) return AnswerStandard(header);
-  if (type != kVendor) return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kStall, {}});
-  const UsbRequest request{header.request, header.value, header.index};
-  if ((header.requesttype & kDirectionIn) != 0) return board_.ControlIn(request, header.length, kControlTimeout);
-  const auto done = board_.ControlOut(request, data, kControlTimeout);
-  if (!done) return tl::unexpected<UsbFailure>(done.error());
-  return std::vector<std::byte>{};
-}
-
-UsbResult<std::vector<std::byte>> Device::AnswerStandard(const usb_redir_control_packet_header& header) {
-  if (header.request == kGetDescriptor) {
-    if (auto descriptor = BoardDescriptor(board_.identity(), header.value)) return std::move(*descriptor);
-  }
-  if (header.request == kGetStatus) return std::vector<std::byte>(2);
-  if (header.request == kClearFeature) {
-    const auto cleared = board_.ClearHalt(static_cast<std::uint8_t>(header.index & 0xFFU));
-    if (cleared) return std::vector<std::byte>{};
-  }
-  return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kStall, {}});
 }
 
 bool Device::Submit(std::uint64_t id, const usb_redir_bulk_packet_header& header, bool streamed) {

@@ -24,6 +24,14 @@ class CanControllers : public CanInterface {
     Ip("link set can0 down");
     Ip("link set can1 down");
   }
+  /// The adapter, on can1, still takes frames.
+  void ExpectCarriesOn() {
+    RawCan other("can0");
+    ASSERT_TRUE(bus_->Send(Numbered(9)));
+    const auto frame = other.Receive(seconds(10));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(NumberOf(*frame), 9U);
+  }
 };
 
 TEST_F(CanControllers, TellBitRateRestartTimeAndQueueLength) {
@@ -38,6 +46,14 @@ TEST_F(CanControllers, TellBitRateRestartTimeAndQueueLength) {
   const auto other = bus_->ReadLink();
   ASSERT_TRUE(other) << CanFailureText(other.error());
   EXPECT_EQ(other->restart_ms, 0U);
+}
+
+TEST_F(CanControllers, RefuseARestartWhileTheyAreNotBusOff) {
+  Open("can1");
+  const auto restarted = bus_->Restart();
+  ASSERT_FALSE(restarted);
+  EXPECT_FALSE(restarted.error().detail.empty());
+  ExpectCarriesOn();
 }
 
 TEST_F(CanControllers, AreListed) {

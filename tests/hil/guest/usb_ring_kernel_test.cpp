@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <vector>
 
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/usb_frame_codec.h"
@@ -66,19 +67,22 @@ TEST_F(UsbRingKernel, StreamsLevelsOfTwelveBoardsWithoutAGap) {
   const auto ring = OpenRing();
   ASSERT_NE(ring, nullptr);
   ASSERT_EQ(ring->boards().size(), kBoards);
-  const Hertz rate = std::min(Hertz(50.0), ring->limits().max_level_rate);
-  ASSERT_TRUE(ring->Start(rate));
-  const nanoseconds begin = clock_.Now();
+  std::vector<Hertz> rates = {Hertz(50.0)};
+  if (IsLongRun()) rates.push_back(ring->limits().max_level_rate);
   const std::uint32_t levels = IsLongRun() ? 1000 : 200;
-  ExpectLevels(*ring, levels);
-  const double taken = std::chrono::duration<double>(clock_.Now() - begin).count();
-  EXPECT_EQ(ring->counters().lost_frames, 0U);
-  EXPECT_EQ(ring->counters().duplicate_frames, 0U);
-  EXPECT_EQ(ring->counters().rejected_frames, 0U);
-  EXPECT_EQ(ring->counters().rejected_bytes, 0U);
-  const auto stopped = ring->Stop();
-  EXPECT_TRUE(stopped) << stopped.error().Text();
-  std::cout << levels << " levels of 12 boards in " << taken << " s\n";
+  for (const Hertz rate : rates) {
+    ASSERT_TRUE(ring->Start(rate));
+    const nanoseconds begin = clock_.Now();
+    ASSERT_NO_FATAL_FAILURE(ExpectLevels(*ring, levels));
+    const double taken = std::chrono::duration<double>(clock_.Now() - begin).count();
+    EXPECT_EQ(ring->counters().lost_frames, 0U);
+    EXPECT_EQ(ring->counters().duplicate_frames, 0U);
+    EXPECT_EQ(ring->counters().rejected_frames, 0U);
+    EXPECT_EQ(ring->counters().rejected_bytes, 0U);
+    const auto stopped = ring->Stop();
+    EXPECT_TRUE(stopped) << stopped.error().Text();
+    std::cout << levels << " levels of 12 boards at " << rate.value() << "/s in " << taken << " s\n";
+  }
 }
 
 TEST_F(UsbRingKernel, B1_UnpluggedInMidTransferIsNamedAndReopensEveryTime) {
