@@ -11,6 +11,7 @@
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/ring_boards.h"
 #include "firmware_iface/ring_objects.h"
+#include "firmware_iface/ring_rules.h"
 
 namespace annulus {
 namespace {
@@ -18,9 +19,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// Leaky bucket of lost levels of a board: one more per lost level, this much less per good one, an Error at the limit.
-constexpr double kLossLeak = 1.0 / 30.0;
-constexpr double kLossLimit = 4.0;
 /// Beats that may fail in a row, and what one may be late by.
 constexpr int kMissedBeats = 3;
 constexpr nanoseconds kBeatSlack = milliseconds(20);
@@ -28,18 +26,6 @@ constexpr nanoseconds kBeatSlack = milliseconds(20);
 constexpr nanoseconds kMostPassive = std::chrono::seconds(1);
 /// Attempts of orders while stopping: the time is bounded, and boards that do not hear stop with their SYNC.
 constexpr int kStopAttempts = 2;
-
-const char* StateText(RangeRing::State state) {
-  switch (state) {
-    case RangeRing::State::kIdle:
-      return "idle";
-    case RangeRing::State::kStreaming:
-      return "streaming";
-    case RangeRing::State::kFailed:
-      return "failed";
-  }
-  return "unknown";
-}
 
 tl::unexpected<Error> FailWith(const Error& error) { return tl::unexpected<Error>(error); }
 
@@ -51,7 +37,7 @@ class CanRangeRing final : public RangeRing {
         links_(std::move(links)),
         options_(std::move(options)),
         clock_(clock),
-        losses_(links_.size(), 0.0),
+        losses_(links_.size()),
         recoveries_(buses_.size()) {
     for (const CanRingBoard& link : links_) boards_.push_back(link.board);
     limits_ = LimitsOf(buses_, links_, options_.sensor_count);
@@ -75,7 +61,6 @@ class CanRangeRing final : public RangeRing {
   Result<ClockExchange> ReadClock(std::size_t board) override;
 
  private:
-  [[nodiscard]] Status Gate(const char* call, State required) const;
   [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
   [[nodiscard]] CanNode& NodeOf(std::size_t board) { return BusOf(board).nodes().at(links_[board].node); }
   [[nodiscard]] Status CheckBuses();
@@ -101,32 +86,20 @@ class CanRangeRing final : public RangeRing {
   State state_ = State::kIdle;
   RingCounters counters_;
   std::uint64_t overflows_at_start_ = 0;
-  std::vector<double> losses_;              ///< Leaky buckets.
+  std::vector<LossBucket> losses_;
   std::vector<CanBusRecovery> recoveries_;  ///< One per bus.
   std::uint32_t wanted_ = 0;                ///< Sequence of the next level.
   std::uint8_t clock_question_ = 0;
 };
 
-Status CanRangeRing::Gate(const char* call, State required) const {
-  if (state_ == required) return {};
-  return Fail(call, std::string("the ring is ") + StateText(state_) + ", it must be " + StateText(required),
-              "stop the ring and start it again");
-}
-
 Status CanRangeRing::Start(Hertz level_rate) {
-  RETURN_IF_ERROR(Gate("start the ring", State::kIdle));
-  if (!(level_rate >= limits_.min_level_rate && level_rate <= limits_.max_level_rate)) {
-    return Fail("start the ring",
-                "a level rate of " + std::to_string(level_rate.value()) + " Hz; boards and buses allow " +
-                    std::to_string(limits_.min_level_rate.value()) + " to " +
-                    std::to_string(limits_.max_level_rate.value()),
-                "correct the scan plan, or spread the boards over more buses");
-  }
+  RETURN_IF_ERROR(CheckRingState("start the ring", state_, State::kIdle));
+  RETURN_IF_ERROR(CheckLevelRate(level_rate, limits_, "correct the scan plan, or spread the boards over more buses"));
   RETURN_IF_ERROR(CheckBuses());
   counters_ = {};
   CountOverflows();
   wanted_ = 0;
-  losses_.assign(links_.size(), 0.0);
+  losses_.assign(links_.size(), {});
   state_ = State::kStreaming;
   if (Status started = StartBoards(level_rate); !started) {
     state_ = State::kFailed;
@@ -212,7 +185,7 @@ void CanRangeRing::Await(std::size_t board, nanoseconds deadline) {
 }
 
 Result<RingLevel> CanRangeRing::NextLevel(nanoseconds deadline) {
-  RETURN_IF_ERROR(Gate("read a level of the ring", State::kStreaming));
+  RETURN_IF_ERROR(CheckRingState("read a level of the ring", state_, State::kStreaming));
   for (std::size_t board = 0; board < links_.size(); ++board) Await(board, deadline);
   const nanoseconds now = clock_.Now();
   for (CanRingBus& bus : buses_) {
@@ -265,12 +238,12 @@ Result<RingLevel> CanRangeRing::Assemble() {
     if (levels.has_level() && levels.front().level.sequence == wanted_) {
       RETURN_IF_ERROR(Put(board, levels.front(), level));
       levels.Pop();
-      losses_[board] = std::max(0.0, losses_[board] - kLossLeak);
+      losses_[board].Keep();
       continue;
     }
     ++counters_.lost_frames;
-    losses_[board] += 1.0;
-    if (losses_[board] >= kLossLimit) {
+    losses_[board].Lose();
+    if (losses_[board].full()) {
       return Fail("read level " + std::to_string(wanted_) + " of the ring",
                   BoardName(boards_[board]) + " loses frames repeatedly",
                   "check the bus' wiring and load and the host's load, then start again");
@@ -328,7 +301,7 @@ Status CanRangeRing::Stop() {
 
 Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
-  if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
+  if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
   CanRingBus& bus = BusOf(board);
   Result<std::uint32_t> told = Fail("read a board's clock", "not asked", "ask again");
   ClockExchange exchange;
@@ -347,7 +320,7 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
 }
 
 Status CanRangeRing::Reopen(nanoseconds deadline) {
-  RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
+  RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
   Result<std::vector<CanRingBoard>> links = BootAgain(deadline);
   // A bus that fails while the boards boot is brought back once more, as long as there is time.
   while (!links && !FirstFault() && clock_.Now() < deadline) links = BootAgain(deadline);

@@ -10,9 +10,6 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Leaky bucket of lost frames: one more per lost frame, this much less per good one, an Error at the limit.
-constexpr double kLossLeak = 1.0 / 30.0;
-constexpr double kLossLimit = 4.0;
 /// Transfers in a row that may end badly before the board counts as gone.
 constexpr int kMostBadTransfers = 3;
 /// Transfers of one board per level beyond which it is talking nonsense.
@@ -46,7 +43,7 @@ void UsbBoardLink::Reset() {
   tokens_.clear();
   earliest_ = 0;
   run_begin_ = nanoseconds(0);
-  losses_ = 0.0;
+  losses_ = {};
   bad_transfers_ = 0;
   excused_stalls_ = 0;
   good_since_stall_ = kStallForgotten;
@@ -166,16 +163,16 @@ std::optional<ArrivedFrame> UsbBoardLink::TakeFrame(std::uint32_t sequence) {
   earliest_ = sequence + 1;
   // USB keeps the order, so a later frame means that the wanted one is lost for good.
   if (frames_.front().frame.sequence != sequence) {
-    losses_ += 1.0;
+    losses_.Lose();
     return std::nullopt;
   }
   ArrivedFrame arrived = frames_.front();
   frames_.pop_front();
-  losses_ = std::max(0.0, losses_ - kLossLeak);
+  losses_.Keep();
   return arrived;
 }
 
-bool UsbBoardLink::loses_frames() const { return losses_ >= kLossLimit; }
+bool UsbBoardLink::loses_frames() const { return losses_.full(); }
 
 void UsbBoardLink::LookWhetherGone() {
   for (std::size_t left = tokens_.size(); left > 0 && !gone_; --left) {

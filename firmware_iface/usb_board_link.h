@@ -11,6 +11,7 @@
 
 #include "base/result.h"
 #include "firmware_iface/range_ring.h"
+#include "firmware_iface/ring_rules.h"
 #include "firmware_iface/usb_frame_codec.h"
 #include "firmware_iface/usb_port.h"
 
@@ -94,9 +95,9 @@ class UsbBoardLink {
   std::vector<UsbToken> tokens_;           ///< In flight.
   std::uint32_t earliest_ = 0;             ///< Frames before are repeated or too late.
   std::chrono::nanoseconds run_begin_{0};  ///< On the board's clock.
-  double losses_ = 0.0;                    ///< Leaky bucket.
-  int bad_transfers_ = 0;                  ///< In a row.
-  std::size_t excused_stalls_ = 0;         ///< Transfers that were in flight when the endpoint halted.
+  LossBucket losses_;
+  int bad_transfers_ = 0;           ///< In a row.
+  std::size_t excused_stalls_ = 0;  ///< Transfers that were in flight when the endpoint halted.
   int good_since_stall_ = 0;
   std::uint64_t duplicate_frames_ = 0;
 };

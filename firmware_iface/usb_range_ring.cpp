@@ -7,6 +7,7 @@
 #include "base/ensure.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/ring_boards.h"
+#include "firmware_iface/ring_rules.h"
 #include "firmware_iface/usb_board_link.h"
 #include "firmware_iface/usb_frame_codec.h"
 
@@ -27,18 +28,6 @@ constexpr nanoseconds kTogether = std::chrono::milliseconds(10);
 constexpr nanoseconds kBetweenTries = std::chrono::milliseconds(50);
 /// What the kernel keeps beside the data of a transfer, at most.
 constexpr std::size_t kTransferOverhead = 512;
-
-const char* StateText(RangeRing::State state) {
-  switch (state) {
-    case RangeRing::State::kIdle:
-      return "idle";
-    case RangeRing::State::kStreaming:
-      return "streaming";
-    case RangeRing::State::kFailed:
-      return "failed";
-  }
-  return "unknown";
-}
 
 class UsbRangeRing final : public RangeRing {
  public:
@@ -70,8 +59,6 @@ class UsbRangeRing final : public RangeRing {
   Result<ClockExchange> ReadClock(std::size_t board) override;
 
  private:
-  [[nodiscard]] Status Gate(const char* call, State required) const;
-  [[nodiscard]] Status CheckRate(Hertz level_rate) const;
   [[nodiscard]] Status CheckMemory() const;
   Status StartBoards(Hertz level_rate);
   /// Waits until the board has a frame or the deadline is over.
@@ -98,21 +85,6 @@ class UsbRangeRing final : public RangeRing {
   std::uint32_t wanted_ = 0;  ///< Sequence of the next level.
 };
 
-Status UsbRangeRing::Gate(const char* call, State required) const {
-  if (state_ == required) return {};
-  return Fail(call, std::string("the ring is ") + StateText(state_) + ", it must be " + StateText(required),
-              "stop the ring and start it again");
-}
-
-Status UsbRangeRing::CheckRate(Hertz level_rate) const {
-  if (level_rate >= limits_.min_level_rate && level_rate <= limits_.max_level_rate) return {};
-  return Fail("start the ring",
-              "a level rate of " + std::to_string(level_rate.value()) + " Hz; the boards allow " +
-                  std::to_string(limits_.min_level_rate.value()) + " to " +
-                  std::to_string(limits_.max_level_rate.value()),
-              "correct the scan plan");
-}
-
 /// The limit is shared with every other program that uses USB; more than all of it can not be had.
 Status UsbRangeRing::CheckMemory() const {
   const std::uint64_t limit = host_ == nullptr ? 0 : host_->transfer_memory();
@@ -125,9 +97,9 @@ Status UsbRangeRing::CheckMemory() const {
 }
 
 Status UsbRangeRing::Start(Hertz level_rate) {
-  RETURN_IF_ERROR(Gate("start the ring", State::kIdle));
+  RETURN_IF_ERROR(CheckRingState("start the ring", state_, State::kIdle));
   RETURN_IF_ERROR(usable_);
-  RETURN_IF_ERROR(CheckRate(level_rate));
+  RETURN_IF_ERROR(CheckLevelRate(level_rate, limits_, "correct the scan plan"));
   RETURN_IF_ERROR(CheckMemory());
   counters_ = {};
   wanted_ = 0;
@@ -156,7 +128,7 @@ Status UsbRangeRing::StartBoards(Hertz level_rate) {
 }
 
 Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
-  RETURN_IF_ERROR(Gate("read a level of the ring", State::kStreaming));
+  RETURN_IF_ERROR(CheckRingState("read a level of the ring", state_, State::kStreaming));
   for (UsbBoardLink& link : links_) {
     RETURN_IF_ERROR(Await(link, deadline));
   }
@@ -286,7 +258,7 @@ Status UsbRangeRing::Stop() {
 }
 
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
-  RETURN_IF_ERROR(Gate("open the ring again", State::kIdle));
+  RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
   if (host_ == nullptr) return ReopenBorrowed(deadline);
   std::string missing;
   std::optional<Error> first;
@@ -336,7 +308,7 @@ Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
 
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
-  if (state_ == State::kFailed) return Fail(Gate("read a board's clock", State::kStreaming));
+  if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
   const std::string attempted = "read the clock of " + links_[board].name();
   UsbPort* const port = links_[board].port();
   if (port == nullptr) return Fail(attempted, "it is not plugged in", "plug it in, then open the ring again");

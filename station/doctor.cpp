@@ -55,11 +55,13 @@ void CheckUsb(const Config& config, std::vector<DoctorItem>& items) {
   if (boards->empty()) return absent("no ring board is plugged in", "check the ring's supply, hub and cable");
   for (const UsbIdentity& board : *boards) {
     const std::string name = "USB " + board.port_path;
-    if (board.serial.empty()) {
-      group.Problem(name, "a ring board that this user may not open",
-                    "install the udev rules of docs/booth.md and plug it in again");
-    } else {
+    const auto port = (*host)->Open(board);
+    if (port) {
       group.Ok(name, "ring board " + board.serial);
+    } else {
+      group.Problem(
+          name, "ring board " + board.serial + ": " + UsbStatusText(port.error().status) + " " + port.error().detail,
+          "install the udev rules of docs/booth.md, and end other programs that use the ring");
     }
   }
 }
@@ -89,7 +91,8 @@ void CheckCan(const Config& config, std::vector<DoctorItem>& items) {
       } else if (link.state == CanState::kDown || link.state == CanState::kBusOff) {
         group.Problem(name, LinkText(link), "set it up as docs/booth.md says, then: ip link set " + link.name + " up");
       } else if (link.restart_ms.value_or(0) > 0 && *link.restart_ms < kRestartMs) {
-        group.Problem(name, LinkText(link), fmt::format("ip link set {} type can restart-ms {}", link.name, kRestartMs));
+        group.Problem(name, LinkText(link),
+                      fmt::format("ip link set {} type can restart-ms {}", link.name, kRestartMs));
       } else if (link.queue_length < kQueue) {
         group.Problem(name, LinkText(link), fmt::format("ip link set {} txqueuelen {}", link.name, kQueue));
       } else {
