@@ -25,6 +25,14 @@ function(annulus_test folder)
   set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600)
 endfunction()
 
+# annulus_threads_test(<folder> <filter>): the tests of a folder that run threads, for the thread sanitizer only.
+function(annulus_threads_test folder filter)
+  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
+    add_test(NAME threads_${folder} COMMAND ${folder}_test --gtest_filter=${filter})
+    set_tests_properties(threads_${folder} PROPERTIES TIMEOUT 900 LABELS threads)
+  endif()
+endfunction()
+
 # All fuzz targets at once.
 if(ANNULUS_FUZZ)
   add_custom_target(fuzz_targets)
