@@ -85,6 +85,11 @@ class ModbusScanAxis final : public ScanAxis {
   [[nodiscard]] DriveState StateOf(const DriveAnswer& answer) const {
     return DriveStateOf(answer.registers.Word(map_.status_word));
   }
+  /// Its state, and the code of what keeps it from another, if it gives one.
+  [[nodiscard]] std::string DriveText(const DriveAnswer& answer) const {
+    const std::uint16_t code = answer.registers.Word(map_.fault_code);
+    return std::string("'") + DriveStateText(StateOf(answer)) + "'" + (code != 0 ? ", " + AxisFaultText(code) : "");
+  }
   AxisPosition Read(const DriveAnswer& answer);
   void ReadFlags(const DriveAnswer& answer, AxisPosition& position);
   Result<AxisPosition> ReadingFailed(const ModbusFailure& failure);
@@ -159,8 +164,8 @@ Status ModbusScanAxis::CheckDrive(const DriveAnswer& answer) {
   }
   if (state_ == State::kEnabled && drive != DriveState::kOperationEnabled) {
     state_ = State::kFault;
-    return Fail("run the axis", std::string("the drive is in state '") + DriveStateText(drive) + "'",
-                "check the drive's enable line, then enable the axis again");
+    return Fail("run the axis", "the drive is in state " + DriveText(answer),
+                "check the safety chain and the drive's enable line, then enable the axis again");
   }
   return {};
 }
@@ -176,8 +181,8 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
     if (drive == DriveState::kFault || clock_.Now() >= deadline) {
       return Fail(attempted,
                   drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
-                                              : std::string("it stays in '") + DriveStateText(drive) + "'",
-                  "check the drive's supply and enable line, then try again");
+                                              : "it stays in " + DriveText(*answer),
+                  "check the safety chain and the drive's supply and enable line, then try again");
     }
     clock_.SleepUntil(clock_.Now() + kPollPause);
     answer = dialogue_.ReadAgain(status_block_);

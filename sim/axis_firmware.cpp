@@ -16,6 +16,7 @@ constexpr std::uint16_t kFirmwareVersion = 0x0103;
 constexpr std::uint16_t kHeartbeatFault = 0x8130;
 constexpr std::uint16_t kFollowingFault = 0x8611;
 constexpr std::uint16_t kTargetFault = 0x8612;
+constexpr std::uint16_t kVoltageEnabled = 0x0010;  ///< Of the status word.
 constexpr nanoseconds kSupervisionStep = std::chrono::milliseconds(1);
 /// What the lag needs to die out after a ramp.
 constexpr nanoseconds kSettle = std::chrono::milliseconds(50);
@@ -101,6 +102,8 @@ void AxisDriveModel::PowerCycle() {
   homed_ = acknowledged_ = homing_error_ = false;
   homing_.reset();
   encoder_zero_mm_ = motion_.At(now).z_mm;
+  awaits_brake_ = false;
+  if (wiring_ != nullptr) wiring_->DriveChanged();
 }
 
 nanoseconds AxisDriveModel::WireTime() {
@@ -133,7 +136,10 @@ ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds t
   const nanoseconds sent = clock_.Now();
   const nanoseconds arrival = sent + WireTime();
   const nanoseconds replied = arrival + WireTime();
+  // What happens on the wires until then comes first.
+  if (wiring_ != nullptr) clock_.SleepUntil(std::min(arrival, sent + timeout));
   ModbusReply reply = Carry(request, arrival);
+  if (wiring_ != nullptr) wiring_->DriveChanged();
   if (replied - sent > timeout) {
     clock_.SleepUntil(sent + timeout);
     return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
@@ -227,6 +233,7 @@ ModbusReply AxisDriveModel::WriteParameters(const ModbusRequest& request) {
 
 std::uint16_t AxisDriveModel::StatusWord(nanoseconds time) const {
   std::uint16_t word = StatusBitsOf(state_);
+  if (!inputs_.torque()) word = static_cast<std::uint16_t>(word & ~kVoltageEnabled);
   const bool homing_mode = command_[map_.mode] == kModeHoming;
   if (time >= motion_.rest_time() && !homing_) word |= status_word::kTargetReached;
   if (homing_mode ? homed_ && !homing_ : acknowledged_) word |= status_word::kAcknowledge;
@@ -238,7 +245,7 @@ std::vector<std::uint16_t> AxisDriveModel::StatusRegisters(nanoseconds time) {
   RegisterWriter out(map_.echo, map_.IdentityBlock().count);
   out.Word(map_.echo, command_[map_.counter]);
   out.Word(map_.status_word, StatusWord(time));
-  out.Word(map_.fault_code, fault_code_);
+  out.Word(map_.fault_code, ReportedCode());
   out.Long(map_.position, Thousandths(EncoderMm(time)));
   out.Long(map_.drive_time, DriveMicros(time));
   const bool moving = time < motion_.rest_time() || std::abs(motion_.At(time).speed_mm_s) > kStandstill_mm_s;
@@ -262,6 +269,11 @@ std::vector<std::uint16_t> AxisDriveModel::StatusRegisters(nanoseconds time) {
 }
 
 void AxisDriveModel::Advance(nanoseconds time) {
+  if (wiring_ != nullptr) wiring_->Advance();
+  AdvanceAlone(time);
+}
+
+void AxisDriveModel::AdvanceAlone(nanoseconds time) {
   if (time <= supervised_) return;
   if (state_ == DriveState::kNotReady && time >= ready_at_) state_ = DriveState::kSwitchOnDisabled;
   if (homing_ && time >= homing_->end) FinishHoming();
@@ -271,7 +283,7 @@ void AxisDriveModel::Advance(nanoseconds time) {
   if (state_ == DriveState::kOperationEnabled && watched && time > silence_ends) {
     RaiseFault(kHeartbeatFault, silence_ends);
   }
-  if (state_ == DriveState::kFaultReaction && time >= motion_.rest_time()) state_ = DriveState::kFault;
+  if (StopsForFault() && time >= motion_.rest_time()) state_ = DriveState::kFault;
   supervised_ = time;
 }
 
@@ -295,7 +307,7 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
   const std::uint16_t rising = static_cast<std::uint16_t>(control & ~previous_control_);
   previous_control_ = control;
   if (state_ == DriveState::kNotReady) return;
-  if (state_ == DriveState::kFault || state_ == DriveState::kFaultReaction) {
+  if (state_ == DriveState::kFault || StopsForFault()) {
     if (state_ == DriveState::kFault && Has(rising, control_word::kFaultReset)) {
       state_ = DriveState::kSwitchOnDisabled;
       fault_code_ = 0;
@@ -323,6 +335,8 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
 void AxisDriveModel::ChangePowerState(nanoseconds time) {
   const std::uint16_t control = command_[map_.control_word];
   const bool powered = state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
+  const bool may_enable = inputs_.torque() && inputs_.quick_stop;
+  if (state_ == DriveState::kSwitchOnDisabled && !may_enable) return;
   DriveState next = DriveState::kReadyToSwitchOn;  // shutdown
   if (!Has(control, 0x0002)) {
     next = DriveState::kSwitchOnDisabled;  // disable voltage
@@ -334,6 +348,8 @@ void AxisDriveModel::ChangePowerState(nanoseconds time) {
   } else if (Has(control, 0x0001)) {
     next = Has(control, 0x0008) ? DriveState::kOperationEnabled : DriveState::kSwitchedOn;
   }
+  awaits_brake_ = next == DriveState::kOperationEnabled && !powered && !inputs_.brake_released;
+  if (awaits_brake_) next = DriveState::kSwitchedOn;
   if (next == state_) return;
   if (next == DriveState::kOperationEnabled) last_heartbeat_ = time;
   // Without power the brake stops the axis; it is about as quick as a quick stop.

@@ -11,6 +11,7 @@
 #include "firmware_iface/modbus_link.h"
 #include "firmware_iface/scan_axis.h"
 #include "sim/axis_motion.h"
+#include "sim/drive_inputs.h"
 
 namespace annulus::sim {
 
@@ -25,6 +26,9 @@ struct AxisDriveOptions {
   double lag_s = 0.004;             ///< The motor follows its set-point with this time constant.
   double following_limit_mm = 5.0;  ///< Following error that trips the drive.
   bool home_switch_works = true;
+  /// With which the axis sinks while it has neither torque nor brake; 0: it locks itself, and friction stops it as
+  /// steeply as the quick stop would.
+  double sink_mm_s2 = 0.0;
   std::chrono::milliseconds heartbeat{200};  ///< Silence that stops an enabled drive; 0: never.
   /// An order to move counts only so soon after the change of counter before it; 0: always.
   std::chrono::milliseconds start_window{25};
@@ -56,7 +60,18 @@ struct AxisParameterRegisters {
 /// start window. Motion is exact in virtual time; every transaction takes a request's and a reply's time on the wire.
 ///
 /// A write is carried out when it arrives, whether or not its reply is in time. Thread-bound. Borrows the clock.
-class AxisDriveModel final : public ModbusLink {
+///
+/// Wired to a safety chain it has hardware inputs, too. They can stop it and keep it from being enabled; that they
+/// close again changes nothing:
+///
+///     quick stop opens    enabled: quick stop active, at rest fault 5441h; else: switch on disabled
+///     STO A or B opens    no torque; powered: fault at once, 5442h unless there was a cause before; else: switch on
+///                         disabled. The axis runs out, or sinks, until it rests or the brake closes.
+///     either is open      enabling is refused; the fault code says which, also when there is no fault
+///     brake               enabling waits until it has released (5443h meanwhile); closing on an enabled drive: 5443h
+///
+/// But for STO it keeps its torque until the brake has closed. It holds the brake open while it is powered.
+class AxisDriveModel final : public ModbusLink, public WiredDrive {
  public:
   AxisDriveModel(AxisDriveOptions options, Clock& clock);
 
@@ -70,6 +85,12 @@ class AxisDriveModel final : public ModbusLink {
 
   /// What a power failure does: the brake stops the axis, the drive starts anew and knows neither home nor orders.
   void PowerCycle();
+
+  /// Wires the inputs to a chain, which has to be wired to the drive as well. Borrows it: it must outlive the last
+  /// call.
+  void Wire(DriveWiring& wiring);
+  bool Follow(std::chrono::nanoseconds time, DriveInputs inputs) override;
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> NextChange() const override;
 
   /// Where the carriage really is at a time not after the clock's; brings the drive's own supervision up to that time.
   double TrueZ(std::chrono::nanoseconds time);
@@ -98,6 +119,7 @@ class AxisDriveModel final : public ModbusLink {
   [[nodiscard]] std::uint32_t DriveMicros(std::chrono::nanoseconds time) const;
   /// Supervision up to `time`: heartbeat, following error, homing done, ramps finished.
   void Advance(std::chrono::nanoseconds time);
+  void AdvanceAlone(std::chrono::nanoseconds time);  ///< With the inputs as they are.
   void Supervise(std::chrono::nanoseconds time);
   ModbusReply Carry(const ModbusRequest& request, std::chrono::nanoseconds time);
   ModbusReply WriteBlock(const ModbusRequest& request, std::chrono::nanoseconds time);
@@ -111,6 +133,13 @@ class AxisDriveModel final : public ModbusLink {
   void RunPastTheSwitch(std::chrono::nanoseconds time);
   void FinishHoming();
   void RaiseFault(std::uint16_t code, std::chrono::nanoseconds time);
+  void StopByInput(std::chrono::nanoseconds time);
+  void LoseTorque(std::chrono::nanoseconds time);
+  void MeetBrake(std::chrono::nanoseconds time);
+  [[nodiscard]] bool ReleasesBrake() const;
+  [[nodiscard]] bool StopsForFault() const;
+  /// The fault's code, or else that of what keeps the drive from being enabled, or 0.
+  [[nodiscard]] std::uint16_t ReportedCode() const;
   [[nodiscard]] double EncoderMm(std::chrono::nanoseconds time) const;
   [[nodiscard]] std::uint16_t StatusWord(std::chrono::nanoseconds time) const;
 
@@ -126,6 +155,9 @@ class AxisDriveModel final : public ModbusLink {
   bool closed_ = false;  ///< Of the link that the model itself is.
   bool homed_ = false;
   bool acknowledged_ = false;
+  DriveWiring* wiring_ = nullptr;  ///< Null: a drive alone, whose inputs are closed.
+  DriveInputs inputs_;
+  bool awaits_brake_ = false;     ///< To be enabled as soon as the brake has released.
   double encoder_zero_mm_ = 0.0;  ///< True height less encoder reading.
   /// While the home switch is searched for: when that ends, and what the encoder's zero then is.
   struct HomingRun {

@@ -76,6 +76,16 @@ void AxisMotion::Stop(nanoseconds time, double deceleration_mm_s2) {
   Rest(pieces_.back().z_mm);
 }
 
+void AxisMotion::Fall(nanoseconds time, double acceleration_mm_s2, double floor_mm) {
+  ENSURE(acceleration_mm_s2 > 0.0, "nothing falls upwards");
+  CutAt(time);
+  const double height = std::max(0.0, pieces_.back().z_mm - floor_mm);
+  const double v = pieces_.back().speed_mm_s;
+  // height + v t - a t^2 / 2 = 0
+  Continue((v + std::sqrt(v * v + 2.0 * acceleration_mm_s2 * height)) / acceleration_mm_s2, -acceleration_mm_s2);
+  Rest(height > 0.0 ? floor_mm : pieces_.back().z_mm);
+}
+
 void AxisMotion::MoveTo(nanoseconds time, double target_mm, Ramp ramp) {
   ENSURE(ramp.speed_mm_s > 0.0 && ramp.acceleration_mm_s2 > 0.0, "a move needs speed and acceleration");
   CutAt(time);

@@ -38,6 +38,8 @@ class AxisMotion {
   void MoveTo(std::chrono::nanoseconds time, double target_mm, Ramp ramp);
   /// From `time` on, slows down to rest.
   void Stop(std::chrono::nanoseconds time, double deceleration_mm_s2);
+  /// From `time` on, lets it fall with this acceleration, > 0, to `floor_mm`, where it stays.
+  void Fall(std::chrono::nanoseconds time, double acceleration_mm_s2, double floor_mm);
 
  private:
   /// Constant acceleration from `start` to the next piece's start.

@@ -39,6 +39,10 @@ BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     board.seed = MixSeed(options.seed, kForBoards);
     boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock));
   }
+  if (options.hardwired) {
+    safety_.Wire(drive_);
+    drive_.Wire(safety_);
+  }
   if (options.can_buses > 0) HangOnCan(options, clock);
 }
 

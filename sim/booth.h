@@ -28,8 +28,12 @@ struct BoothOptions {
   double ring_radius_mm = 600.0;
   std::uint64_t seed = 1;
   std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
-  AxisDriveOptions axis;                       ///< Its seed is replaced by one drawn from `seed`.
-  RingBoardOptions board;                      ///< For all boards; serial, first sensor and seed are set per board.
+  /// Wires the drive's inputs and brake to the safety chain, as in a real booth: it can be enabled only after somebody
+  /// has pressed the reset button and the program keeps the chain's enable alive. Off, because the scanner does not
+  /// serve the interlock yet: nobody would press reset.
+  bool hardwired = false;
+  AxisDriveOptions axis;   ///< Its seed is replaced by one drawn from `seed`.
+  RingBoardOptions board;  ///< For all boards; serial, first sensor and seed are set per board.
   /// CAN buses, 0 … 12, on which the same boards hang as well; each carries its share of them.
   std::size_t can_buses = 0;
   bool can_fd = false;      ///< FD buses, and boards that send one frame a level.

@@ -265,6 +265,17 @@ void SafetyChain::SetDriveReleasesBrake(bool release) {
   Settle(now_);
 }
 
+void SafetyChain::Wire(WiredDrive& drive) {
+  Advance();
+  drive_ = &drive;
+  Settle(now_);
+}
+
+void SafetyChain::DriveChanged() {
+  Advance();
+  Settle(now_);
+}
+
 void SafetyChain::BreakWire(In input) {
   Advance();
   broken_.at(Index(input)) = true;
@@ -329,6 +340,7 @@ std::optional<nanoseconds> SafetyChain::NextEvent() const {
   };
   if (!planned_.empty()) consider(planned_.begin()->first);
   consider(watchdog_.next());
+  if (drive_ != nullptr) consider(drive_->NextChange());
   for (const TimedContact* contact : {&k1_, &k2_, &k3_instant_, &sto_a_, &sto_b_, &lamp_current_}) {
     consider(contact->next());
   }
@@ -403,6 +415,10 @@ void SafetyChain::SettleRelays(nanoseconds time) {
   k3_on_ = supplied && (k3_on_ || (rising && dropped));
   for (TimedContact* contact : {&k3_instant_, &sto_a_, &sto_b_}) contact->Drive(k3_on_, time);
 
+  if (drive_ != nullptr) {
+    drive_releases_brake_ = drive_->Follow(
+        time, {SignalNow(ChainSignal::kQuickStopInput), sto_a_.closed(), sto_b_.closed(), brake_.closed()});
+  }
   brake_.Drive(sto_a_.closed() && sto_b_.closed() && drive_releases_brake_, time);
   lamp_current_.Drive(std::any_of(kLamps.begin(), kLamps.end(),
                                   [this](Out lamp) { return Output(lamp) && !burnt_out_.contains(lamp); }),

@@ -14,6 +14,7 @@
 #include "base/result.h"
 #include "firmware_iface/gpio_lines.h"
 #include "firmware_iface/interlock.h"
+#include "sim/drive_inputs.h"
 #include "sim/safety_relays.h"
 
 namespace annulus::sim {
@@ -70,12 +71,12 @@ struct SafetyChainOptions {
 ///
 /// All signals are logged with their exact times, so that tests judge by the hardware. Lines that were requested must
 /// not outlive the chain. Thread-bound. Borrows the clock.
-class SafetyChain {
+class SafetyChain final : public DriveWiring {
  public:
   SafetyChain(SafetyChainOptions options, Clock& clock);
   SafetyChain(const SafetyChain&) = delete;
   SafetyChain& operator=(const SafetyChain&) = delete;
-  ~SafetyChain();
+  ~SafetyChain() override;
 
   /// As OpenGpioLines on a system whose only chip is this one. Line names are InterlockName's unless renamed.
   Result<std::unique_ptr<GpioLines>> Request(const std::string& chip, const std::vector<GpioLineSpec>& lines);
@@ -90,7 +91,10 @@ class SafetyChain {
   void ReleaseEstopAt(std::chrono::nanoseconds time);  ///< Both channels.
   /// Presses the reset button at `time` for 150 ms.
   void PressResetAt(std::chrono::nanoseconds time);
-  /// The drive's own brake output, in series with K3; at first on.
+  /// Wires a drive to quick stop, STO A and B and the brake; it has to be wired to the chain as well. Borrows it.
+  void Wire(WiredDrive& drive);
+  /// The drive's own brake output, in series with K3; at first on. For a chain without a wired drive, which says that
+  /// itself.
   void SetDriveReleasesBrake(bool release);
 
   // Damage, from now on.
@@ -107,7 +111,8 @@ class SafetyChain {
   void Rename(const std::string& line, const std::string& name);
 
   /// Brings the hardware up to the clock's time.
-  void Advance();
+  void Advance() override;
+  void DriveChanged() override;
   /// When something will happen by itself; nothing: never.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> NextEvent() const;
 
@@ -151,6 +156,7 @@ class SafetyChain {
   std::map<InterlockOutput, bool> shorted_;
   std::set<InterlockOutput> burnt_out_;
   bool removed_ = false;
+  WiredDrive* drive_ = nullptr;  ///< Null: none is wired.
   bool drive_releases_brake_ = true;
   bool brake_jammed_ = false;
   bool watchdog_wire_cut_ = false;

@@ -141,6 +141,9 @@ TEST(AxisRegisterMap, TakesTheExampleOfTheDocumentation) {
 TEST(AxisRegisterMap, SaysWhatAFaultMeans) {
   EXPECT_THAT(AxisFaultText(0x8611), testing::HasSubstr("following error"));
   EXPECT_THAT(AxisFaultText(0x8611), testing::StartsWith("fault 8611h"));
+  for (std::uint16_t code = 0x5441; code <= 0x5443; ++code) {
+    EXPECT_THAT(AxisFaultText(code), testing::HasSubstr("safety chain"));
+  }
   EXPECT_THAT(AxisFaultText(0xABCD), testing::HasSubstr("drive's manual"));
 }
 
