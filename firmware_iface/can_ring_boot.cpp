@@ -170,6 +170,7 @@ Status Boot::ReadSerials() {
     const auto& serials = buses_[one.bus].nodes().at(one.node).serials;
     if (serials.size() <= 1) continue;
     std::vector<std::string> names;
+    names.reserve(serials.size());
     for (const std::uint32_t serial : serials) names.push_back(std::to_string(serial));
     return Fail(
         "boot the ring's boards",

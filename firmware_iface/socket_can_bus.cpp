@@ -179,8 +179,8 @@ CanResult<std::optional<CanReception>> SocketCanBus::Collect() {
     }
     auto what = DecodeSocketCan(std::span(bytes).first(static_cast<std::size_t>(got)));
     if (!what) continue;
-    reception.what = std::move(*what);
-    return std::optional<CanReception>(std::move(reception));
+    reception.what = *what;
+    return std::optional<CanReception>(reception);
   }
 }
 

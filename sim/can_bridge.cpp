@@ -86,7 +86,7 @@ class Span {
 
 }  // namespace
 
-CanBridgeCounts ServeCanBoards(const std::vector<CanBridge>& bridges, Clock& clock, std::stop_token stop,
+CanBridgeCounts ServeCanBoards(const std::vector<CanBridge>& bridges, Clock& clock, const std::stop_token& stop,
                                const std::function<bool(nanoseconds now)>& on_turn) {
   ENSURE(!bridges.empty(), "a bus is served");
   std::vector<Span> spans(bridges.begin(), bridges.end());

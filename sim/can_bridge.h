@@ -27,7 +27,7 @@ struct CanBridgeCounts {
 /// Serves simulated boards on real buses (a socket, a child process) in real time, until asked to stop or until
 /// `on_turn`, called every half millisecond or oftener in this thread, says false; there the boards may be changed. A
 /// real bus that goes down is waited for. The clock must be the simulated buses' and the real ones', the system's.
-CanBridgeCounts ServeCanBoards(const std::vector<CanBridge>& bridges, Clock& clock, std::stop_token stop,
+CanBridgeCounts ServeCanBoards(const std::vector<CanBridge>& bridges, Clock& clock, const std::stop_token& stop,
                                const std::function<bool(std::chrono::nanoseconds now)>& on_turn = {});
 
 }  // namespace annulus::sim

@@ -78,7 +78,7 @@ class CanWire::Port final : public CanBus {
     while (true) {
       wire_.Advance();
       if (!received_.empty()) {
-        std::optional<CanReception> first(std::move(received_.front()));
+        std::optional<CanReception> first(received_.front());
         received_.pop_front();
         return first;
       }
@@ -99,14 +99,14 @@ class CanWire::Port final : public CanBus {
     return {};
   }
 
-  void Take(nanoseconds time, std::variant<CanFrame, CanReport> what) {
+  void Take(nanoseconds time, const std::variant<CanFrame, CanReport>& what) {
     if (drop_ > 0 && std::holds_alternative<CanFrame>(what)) {
       --drop_;
       ++overflows_;
     } else if (received_.size() >= wire_.options_.receive_frames) {
       ++overflows_;
     } else {
-      received_.push_back({time, std::move(what)});
+      received_.push_back({time, what});
     }
   }
   void Drop(std::size_t frames) { drop_ += frames; }

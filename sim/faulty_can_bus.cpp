@@ -1,7 +1,6 @@
 #include "sim/faulty_can_bus.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "sim/world.h"
 
@@ -97,7 +96,7 @@ std::optional<nanoseconds> FaultyCanBus::NextScheduled() const {
 
 std::optional<CanReception> FaultyCanBus::TakeScheduled(nanoseconds now) {
   if (!scheduled_.empty() && scheduled_.begin()->first <= now) {
-    CanReception first = std::move(scheduled_.begin()->second);
+    CanReception first = scheduled_.begin()->second;
     scheduled_.erase(scheduled_.begin());
     return first;
   }
@@ -116,12 +115,12 @@ void FaultyCanBus::ReleaseHeld() {
       ++held;
       continue;
     }
-    ready_.push_back(std::move(held->reception));
+    ready_.push_back(held->reception);
     held = held_.erase(held);
   }
 }
 
-void FaultyCanBus::Pass(CanReception reception) {
+void FaultyCanBus::Pass(const CanReception& reception) {
   if (overflowing_ > 0) {
     --overflowing_;
     ++log_.overflowed;
@@ -141,13 +140,13 @@ void FaultyCanBus::Pass(CanReception reception) {
     ++log_.lost;
   } else if (happens(faults_.displace)) {
     ++log_.displaced;
-    held_.push_back({distance(), clock_.Now() + kLongestHold, std::move(reception)});
+    held_.push_back({distance(), clock_.Now() + kLongestHold, reception});
   } else {
     if (happens(faults_.repeat)) {
       ++log_.repeated;
       held_.push_back({distance(), clock_.Now() + kLongestHold, reception});
     }
-    ready_.push_back(std::move(reception));
+    ready_.push_back(reception);
   }
   ReleaseHeld();
 }
@@ -157,18 +156,18 @@ CanResult<std::optional<CanReception>> FaultyCanBus::Receive(nanoseconds deadlin
     if (const auto fault = Broken()) return FailWith(*fault);
     ReleaseHeld();
     if (!ready_.empty()) {
-      std::optional<CanReception> first(std::move(ready_.front()));
+      std::optional<CanReception> first(ready_.front());
       ready_.pop_front();
       return first;
     }
-    if (auto due = TakeScheduled(clock_.Now())) return std::optional<CanReception>(std::move(due));
+    if (auto due = TakeScheduled(clock_.Now())) return due;
     const auto scheduled = NextScheduled();
     const nanoseconds until = scheduled ? std::min(*scheduled, deadline) : deadline;
     auto received = bus_.Receive(until);
     if (!received) return received;
     if (*received) {
       if (std::holds_alternative<CanReport>((*received)->what)) return received;
-      Pass(std::move(**received));
+      Pass(**received);
     } else if (clock_.Now() >= deadline && ready_.empty()) {
       return received;
     }

@@ -90,7 +90,7 @@ class FaultyCanBus final : public CanBus {
   std::optional<CanReception> TakeScheduled(std::chrono::nanoseconds now);
   [[nodiscard]] std::optional<std::chrono::nanoseconds> NextScheduled() const;
   /// Lets one frame through the faults; what comes out now stands in ready_.
-  void Pass(CanReception reception);
+  void Pass(const CanReception& reception);
   /// Moves what has waited long enough to ready_.
   void ReleaseHeld();
 
