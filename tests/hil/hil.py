@@ -1,9 +1,6 @@
 #!/usr/bin/python3
 """Drivers on a real Linux kernel: boots Debian's kernel in QEMU and runs the contract suites in it.
 
-usage: hil.py --build BUILD_DIR [--filter PATTERN] [--verbose] [SUITE…]     example: hil.py --build build/release can usb
-       SUITE: can canfd usb gpio modbus all (default); `short` is can and usb with shorter plans
-
 Prints a table and `N passed, N failed`; exit 0 if none failed. Serial logs are left in build/hil/. The kernel is downloaded once
 into build/hil/cache, or the folder that ANNULUS_HIL_CACHE names. docs/developer.md, "Drivers on a real kernel".
 """
@@ -153,11 +150,12 @@ def assemble(names, options, cache):
 
 
 def parse(arguments):
-    parser = argparse.ArgumentParser(usage=__doc__, add_help=True)
-    parser.add_argument("suites", nargs="*", default=["all"])
-    parser.add_argument("--build", required=True)
-    parser.add_argument("--filter", default="")
-    parser.add_argument("--verbose", action="store_true")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog="example: ./dev hil can usb")
+    parser.add_argument("suites", nargs="*", default=["all"], metavar="SUITE", help=f"{', '.join(SUITES)}, all (default); short: "
+                        "can and usb with shorter plans")
+    parser.add_argument("--build", required=True, help="folder of the compiled programs (./dev hil sets it)")
+    parser.add_argument("--filter", default="", metavar="PATTERN", help="only these tests, as GoogleTest's --gtest_filter")
+    parser.add_argument("--verbose", action="store_true", help="print the machines' serial logs")
     options = parser.parse_args(arguments)
     unknown = [s for s in options.suites if s not in SUITES and s not in GROUPS]
     if unknown:
@@ -200,4 +198,7 @@ def main(arguments):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)

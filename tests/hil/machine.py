@@ -16,12 +16,13 @@ from debian_kernel import HilError
 QEMU = ["qemu-system-x86_64", "-accel", "tcg", "-M", "pc", "-cpu", "max", "-m", "512", "-display", "none", "-monitor", "none",
         "-no-reboot", "-nodefaults"]
 APPEND = "console=ttyS0 panic=-1 quiet mitigations=off nokaslr tsc=reliable"
+LIBC = ctypes.CDLL(None)
 VERDICT = re.compile(r"HIL: verdict (\S+) exit (\d+)")
 
 
 def die_with_parent():
     """Runs in a child before its program starts: it is killed when this script is, even by SIGKILL."""
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def spawn(command, **options):

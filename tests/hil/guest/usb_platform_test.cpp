@@ -29,8 +29,7 @@ TEST(UsbPlatform, TheRulesOfTheBoothGiveAccessAndForbidSleep) {
     const std::string folder = entry.path().string();
     if (!std::filesystem::exists(folder + "/idProduct") || Shell("cat " + folder + "/idProduct") != "a180\n") continue;
     ++boards;
-    const std::string node =
-        Shell("printf '/dev/bus/usb/%03d/%03d' $(cat " + folder + "/busnum " + folder + "/devnum)");
+    const std::string node = Shell("cd " + folder + " && printf '/dev/bus/usb/%03d/%03d' $(cat busnum devnum)");
     EXPECT_TRUE(HasRightsOfTheBooth(node)) << node;
     EXPECT_EQ(Shell("cat " + folder + "/power/control"), "on\n") << folder;
   }
