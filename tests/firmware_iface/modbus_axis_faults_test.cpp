@@ -217,6 +217,14 @@ struct ByteBench {
   std::unique_ptr<ScanAxis> axis;
 };
 
+/// The next good reading. A busy host may be late with any reply; what counts is that the axis comes back.
+Result<AxisPosition> FreshAtLast(ByteBench& bench) {
+  Result<AxisPosition> position = bench.axis->Position();
+  const nanoseconds patience = bench.clock.Now() + std::chrono::seconds(20);
+  while ((!position || !position->fresh) && bench.clock.Now() < patience) position = bench.axis->Position();
+  return position;
+}
+
 TEST(ModbusAxisFaults, M4_DamagedTruncatedAndNoisyRepliesAreNotAccepted) {
   ByteBench bench;
   std::vector<ByteFate> fates(6);
@@ -231,9 +239,7 @@ TEST(ModbusAxisFaults, M4_DamagedTruncatedAndNoisyRepliesAreNotAccepted) {
     const auto bad = bench.axis->Position();
     ASSERT_TRUE(bad);
     EXPECT_FALSE(bad->fresh);
-    // The next one is good, unless the host was busy.
-    Result<AxisPosition> good = bench.axis->Position();
-    for (int chance = 0; chance < 5 && (!good || !good->fresh); ++chance) good = bench.axis->Position();
+    const auto good = FreshAtLast(bench);
     ASSERT_TRUE(good);
     EXPECT_TRUE(good->fresh);
     EXPECT_NEAR(good->z.value(), 0.0, 0.01);  // where the encoder counts from before homing
@@ -421,10 +427,7 @@ TEST(ModbusAxisFaults, M9_AReplyThatComesByteByByteIsTakenWholeOrNotAtAll) {
   EXPECT_LE(bench.clock.Now() - asked, milliseconds(60 + 500));  // bounded, on a busy host too
   ASSERT_TRUE(position);
   EXPECT_FALSE(position->fresh);
-  Result<AxisPosition> next = bench.axis->Position();
-  // A busy host may be late with any reply; what counts is that it comes back at all.
-  const nanoseconds patience = bench.clock.Now() + std::chrono::seconds(20);
-  while ((!next || !next->fresh) && bench.clock.Now() < patience) next = bench.axis->Position();
+  const auto next = FreshAtLast(bench);
   ASSERT_TRUE(next);
   EXPECT_TRUE(next->fresh);
 
