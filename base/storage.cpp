@@ -138,6 +138,10 @@ Result<std::vector<std::byte>> PosixStorage::ReadAll(const std::string& path, st
 }
 
 Status PosixStorage::Rename(const std::string& from, const std::string& to) {
+  struct stat info {};
+  if (::stat(to.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
+    return Fail("replace " + to, "it is a device or a pipe", "choose the name of a file");
+  }
   if (::rename(from.c_str(), to.c_str()) != 0) return FailErrno("rename " + from + " to " + to, errno);
   return SyncFolderOf(to);
 }
@@ -152,6 +156,25 @@ bool PosixStorage::Exists(const std::string& path) const {
   return ::stat(path.c_str(), &info) == 0;
 }
 
+std::string PosixStorage::Resolve(const std::string& path) const {
+  std::error_code error;
+  if (!std::filesystem::is_symlink(path, error)) return path;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
+  return error ? path : target.string();
+}
+
+Result<std::unique_ptr<AppendFile>> PosixStorage::OpenDevice(const std::string& path) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0 || S_ISREG(info.st_mode) || S_ISDIR(info.st_mode)) {
+    return std::unique_ptr<AppendFile>();
+  }
+  // Not waiting for a pipe's reader, but for room once there is one.
+  const int fd = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (fd < 0) return FailErrno("open " + path, errno);
+  ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) & ~O_NONBLOCK);
+  return std::make_unique<PosixAppendFile>(fd, path);
+}
+
 Status PosixStorage::CreateFolder(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
@@ -161,7 +184,20 @@ Status PosixStorage::CreateFolder(const std::string& path) {
 
 std::string TemporaryName(const std::string& path) { return path + ".part-" + std::to_string(::getpid()); }
 
-Status WriteFileAtomically(Storage& storage, const std::string& path, std::span<const std::byte> bytes) {
+namespace {
+
+Status WriteToDevice(AppendFile& device, std::span<const std::byte> bytes) {
+  RETURN_IF_ERROR(device.Append(bytes));
+  return device.Close();
+}
+
+}  // namespace
+
+Status WriteFileAtomically(Storage& storage, const std::string& name, std::span<const std::byte> bytes) {
+  const std::string path = storage.Resolve(name);
+  auto device = storage.OpenDevice(path);
+  if (!device) return Fail(device);
+  if (*device != nullptr) return WriteToDevice(**device, bytes);
   const std::string temporary = TemporaryName(path);
   auto write = [&]() -> Status {
     auto file = storage.Create(temporary);

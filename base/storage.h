@@ -33,10 +33,18 @@ class Storage {
   virtual Result<std::unique_ptr<AppendFile>> Create(const std::string& path) = 0;
   /// The whole file. Fails on a directory, a missing file, or over `max_bytes`.
   virtual Result<std::vector<std::byte>> ReadAll(const std::string& path, std::uint64_t max_bytes) = 0;
-  /// Atomically gives `from` the name `to`, replacing it, and syncs the folder.
+  /// Atomically gives `from` the name `to`, replacing it, and syncs the folder. What is no regular file is never
+  /// replaced (a device, a pipe): an Error.
   virtual Status Rename(const std::string& from, const std::string& to) = 0;
   virtual Status Remove(const std::string& path) = 0;
   [[nodiscard]] virtual bool Exists(const std::string& path) const = 0;
+  /// The file that `path` stands for: links followed.
+  [[nodiscard]] virtual std::string Resolve(const std::string& path) const { return path; }
+  /// Opens a device, pipe or terminal for writing; null if `path` is none of these. Never waits for a reader.
+  virtual Result<std::unique_ptr<AppendFile>> OpenDevice(const std::string& path) {
+    static_cast<void>(path);
+    return std::unique_ptr<AppendFile>();
+  }
   /// Creates a folder and its parents; success if it exists.
   virtual Status CreateFolder(const std::string& path) = 0;
 };
@@ -49,6 +57,8 @@ class PosixStorage final : public Storage {
   Status Rename(const std::string& from, const std::string& to) override;
   Status Remove(const std::string& path) override;
   [[nodiscard]] bool Exists(const std::string& path) const override;
+  [[nodiscard]] std::string Resolve(const std::string& path) const override;
+  Result<std::unique_ptr<AppendFile>> OpenDevice(const std::string& path) override;
   Status CreateFolder(const std::string& path) override;
 };
 
@@ -59,7 +69,7 @@ inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 [[nodiscard]] std::string TemporaryName(const std::string& path);
 
 /// Writes `bytes` under a temporary name beside `path`, syncs, then renames. On failure nothing is left at either name
-/// (an existing `path` stays as it was).
+/// (an existing `path` stays as it was). A link is followed; a device, pipe or terminal is written to.
 Status WriteFileAtomically(Storage& storage, const std::string& path, std::span<const std::byte> bytes);
 /// The same for text.
 Status WriteFileAtomically(Storage& storage, const std::string& path, const std::string& text);

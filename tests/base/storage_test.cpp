@@ -1,9 +1,12 @@
 #include "base/storage.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 
 namespace annulus {
@@ -41,6 +44,36 @@ class PosixStorageTest : public testing::Test {
   PosixStorage storage_;
   std::string folder_;
 };
+
+TEST_F(PosixStorageTest, WritesToWhatALinkStandsForAndKeepsTheLink) {
+  Write("real", "old");
+  fs::create_symlink("real", Path("link"));
+  ASSERT_TRUE(WriteFileAtomically(storage_, Path("link"), std::string("new")).has_value());
+  EXPECT_TRUE(fs::is_symlink(Path("link")));
+  EXPECT_EQ(Read("real"), "new");
+}
+
+TEST_F(PosixStorageTest, WritesIntoAPipeAndNeverReplacesOne) {
+  ASSERT_EQ(::mkfifo(Path("pipe").c_str(), 0600), 0);
+  EXPECT_FALSE(WriteFileAtomically(storage_, Path("pipe"), std::string("lost")).has_value()) << "nobody reads";
+  const int reader = ::open(Path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  ASSERT_TRUE(WriteFileAtomically(storage_, Path("pipe"), std::string("told")).has_value());
+  std::array<char, 16> got{};
+  EXPECT_EQ(::read(reader, got.data(), got.size()), 4);
+  ::close(reader);
+  Write("file", "x");
+  const Status replaced = storage_.Rename(Path("file"), Path("pipe"));
+  ASSERT_FALSE(replaced.has_value());
+  EXPECT_THAT(replaced.error().Text(), testing::HasSubstr("a device or a pipe"));
+  EXPECT_TRUE(fs::is_fifo(Path("pipe")));
+}
+
+TEST_F(PosixStorageTest, SaysThatADeviceIsFull) {
+  const Status status = WriteFileAtomically(storage_, "/dev/full", std::string("x"));
+  ASSERT_FALSE(status.has_value());
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
 
 TEST_F(PosixStorageTest, ReadsBackWhatWasAppendedInPieces) {
   auto file = storage_.Create(Path("a"));
