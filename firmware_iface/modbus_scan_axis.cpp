@@ -291,6 +291,11 @@ Status ModbusScanAxis::MoveTo(Millimetres z, MillimetresPerSecond speed) {
 void ModbusScanAxis::ReadFlags(const DriveAnswer& answer, AxisPosition& position) {
   const std::uint16_t word = answer.registers.Word(map_.status_word);
   position.target_reached = (word & status_word::kTargetReached) != 0;
+  const DriveState drive = DriveStateOf(word);
+  position.powered = drive == DriveState::kSwitchedOn || drive == DriveState::kOperationEnabled ||
+                     drive == DriveState::kQuickStopActive;
+  const bool faulty = drive == DriveState::kFault || drive == DriveState::kFaultReaction;
+  position.fault_code = faulty ? answer.registers.Word(map_.fault_code) : std::uint16_t{0};
   if (map_.flags != kNoRegister) {
     const std::uint16_t flags = answer.registers.Word(map_.flags);
     position.homed = (flags & kAxisFlagHomed) != 0 && !homing_due_;

@@ -39,6 +39,8 @@ struct AxisPosition {
   bool homed = false;
   bool moving = false;
   bool target_reached = false;
+  bool powered = false;          ///< The motor has power: switched on or beyond.
+  std::uint16_t fault_code = 0;  ///< 603Fh while the drive is in fault, 0 else.
 
   /// Best single guess of the host's time of the reading: the middle of the exchange.
   [[nodiscard]] std::chrono::nanoseconds host_time() const { return (time.host_before + time.host_after) / 2; }

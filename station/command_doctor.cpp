@@ -46,7 +46,12 @@ std::string ReportToText(const DoctorReport& report) {
   }
   const auto problems = std::count_if(report.items.begin(), report.items.end(),
                                       [](const DoctorItem& item) { return item.verdict == DoctorVerdict::kProblem; });
-  return text + (problems == 0 ? "\nno problem found\n"
+  std::string simulated;
+  for (const DoctorItem& item : report.items) {
+    if (item.name == "simulated") simulated.append(simulated.empty() ? " (simulated: " : ", ").append(item.group);
+  }
+  if (!simulated.empty()) simulated += ")";
+  return text + (problems == 0 ? "\nno problem found" + simulated + "\n"
                                : fmt::format("\n{} problem{} found\n", problems, problems == 1 ? "" : "s"));
 }
 

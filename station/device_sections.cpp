@@ -1,6 +1,8 @@
 #include "station/device_sections.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 
 #include <algorithm>
 #include <array>
@@ -20,6 +22,17 @@ using toml_table::ToNumber;
 using toml_table::ToText;
 using toml_table::ToWhole;
 using toml_table::WholeIn;
+
+std::vector<std::string> Interfaces(const toml::node& node, const std::string& key) {
+  constexpr std::size_t kLongest = 15;  // IFNAMSIZ less the final zero
+  std::vector<std::string> names = Texts(node, key);
+  if (names.empty()) Refuse(node, key, "a list of at least one interface");
+  for (const std::string& name : names) {
+    if (name.empty() || name.size() > kLongest) Refuse(node, key, "a list of names of 1 to 15 characters");
+    if (std::count(names.begin(), names.end(), name) > 1) Refuse(node, key, "a list without repetition");
+  }
+  return names;
+}
 
 void ReadBoards(const toml::node& node, const std::string& key, RingConfig& ring) {
   const toml::table* boards = node.as_table();
@@ -50,7 +63,7 @@ void ReadRingSection(const toml::node& node, RingConfig& ring) {
                 else
                   Refuse(n, key, "\"sim\", \"usb\" or \"can\"");
               }},
-             {"can", [&](const toml::node& n, const std::string& key) { ring.can_interfaces = Texts(n, key); }},
+             {"can", [&](const toml::node& n, const std::string& key) { ring.can_interfaces = Interfaces(n, key); }},
              {"radius_mm", ToNumber(ring.radius_mm, 50.0, 5000.0)},
              {"boards", [&](const toml::node& n, const std::string& key) { ReadBoards(n, key, ring); }}});
 }
@@ -74,9 +87,20 @@ char ParityOf(const toml::node& node, const std::string& key) {
   Refuse(node, key, "\"none\", \"odd\" or \"even\"");
 }
 
-/// "tcp:HOST:PORT"; an IPv6 host has colons of its own, so the port is what follows the last one.
+int BaudOf(const toml::node& node, const std::string& key) {
+  constexpr std::array<int, 11> kRates{1200,   2400,    4800,    9600,    19'200, 38'400,
+                                       57'600, 115'200, 230'400, 460'800, 921'600};
+  const auto rate = static_cast<int>(WholeIn(node, key, kRates.front(), kRates.back()));
+  if (std::find(kRates.begin(), kRates.end(), rate) == kRates.end()) {
+    Refuse(node, key,
+           "a rate of serial lines (1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600)");
+  }
+  return rate;
+}
+
+/// "tcp:ADDRESS:PORT"; an IPv6 address has colons of its own, so the port is what follows the last one.
 ModbusTcpOptions TcpLink(const toml::node& node, const std::string& link) {
-  const std::string expected = "\"sim\", a serial port's path, or \"tcp:HOST:PORT\"";
+  const std::string expected = "\"sim\", a serial port's path, or \"tcp:ADDRESS:PORT\"";
   const std::size_t colon = link.rfind(':');
   ModbusTcpOptions tcp;
   if (colon <= 4) Refuse(node, "axis.link", expected);
@@ -84,6 +108,12 @@ ModbusTcpOptions TcpLink(const toml::node& node, const std::string& link) {
   const auto [end, error] = std::from_chars(link.data() + colon + 1, link.data() + link.size(), tcp.port);
   if (error != std::errc() || end != link.data() + link.size() || tcp.port < 1 || tcp.port > 65'535) {
     Refuse(node, "axis.link", expected);
+  }
+  // How long a name server takes cannot be bounded.
+  std::array<unsigned char, sizeof(in6_addr)> digits{};
+  if (inet_pton(AF_INET, tcp.host.c_str(), digits.data()) != 1 &&
+      inet_pton(AF_INET6, tcp.host.c_str(), digits.data()) != 1) {
+    Refuse(node, "axis.link", "\"tcp:ADDRESS:PORT\" with an address in digits, as tcp:192.168.7.20:502 or tcp:::1:502");
   }
   return tcp;
 }
@@ -131,7 +161,8 @@ void SetLink(const AxisKeys& keys, AxisConfig& axis) {
     axis.link = tcp;
     return;
   }
-  if (!keys.link.starts_with('/')) Refuse(node, "axis.link", "\"sim\", a serial port's path, or \"tcp:HOST:PORT\"");
+  if (keys.unit < 1 || keys.unit > 247) Refuse(node, "axis.unit", "1 to 247, as a serial line needs");
+  if (!keys.link.starts_with('/')) Refuse(node, "axis.link", "\"sim\", a serial port's path, or \"tcp:ADDRESS:PORT\"");
   ModbusRtuOptions serial = keys.serial;
   serial.device = keys.link;
   serial.unit = keys.unit;
@@ -174,7 +205,7 @@ void ReadAxisSection(const toml::node& node, AxisConfig& axis) {
                 keys.link_at = &n;
               }},
              {"unit", ToWhole(keys.unit, 0, 255)},
-             {"baud", ToWhole(keys.serial.baud, 1200, 4'000'000)},
+             {"baud", [&](const toml::node& n, const std::string& key) { keys.serial.baud = BaudOf(n, key); }},
              {"parity", [&](const toml::node& n, const std::string& key) { keys.parity = ParityOf(n, key); }},
              {"stop_bits", ToWhole(keys.serial.stop_bits, 1, 2)},
              {"register_map",

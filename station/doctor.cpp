@@ -13,8 +13,6 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kReadTimeout = std::chrono::milliseconds(500);
-
 /// Collects items of one group.
 class Group {
  public:
@@ -51,7 +49,9 @@ void CheckUsb(const Config& config, std::vector<DoctorItem>& items) {
   };
   if (!host) return absent(host.error().seen, host.error().advice);
   const auto boards = (*host)->List();
-  if (!boards) return absent(UsbStatusText(boards.error().status) + std::string(" ") + boards.error().detail, "");
+  if (!boards)
+    return absent(UsbStatusText(boards.error().status) + std::string(" ") + boards.error().detail,
+                  "check that /dev/bus/usb is there and may be read");
   if (boards->empty()) return absent("no ring board is plugged in", "check the ring's supply, hub and cable");
   for (const UsbIdentity& board : *boards) {
     const std::string name = "USB " + board.port_path;
@@ -151,6 +151,7 @@ void CheckGpio(const Config& config, std::vector<DoctorItem>& items) {
 
 void CheckRing(const Config& config, DeviceGround& ground, std::vector<DoctorItem>& items) {
   Group group("ring", items);
+  if (config.ring.bus == RingBus::kSimulated) group.None("simulated", "the boards are models in this program");
   auto opened = OpenRing(config.ring, ground);
   if (!opened) return group.Problem("ring", opened.error());
   RangeRing& ring = *opened->ring;
@@ -172,30 +173,72 @@ void CheckRing(const Config& config, DeviceGround& ground, std::vector<DoctorIte
                                limits.min_level_rate.value(), limits.max_level_rate.value()));
 }
 
+/// What the drive says of itself; a map may not have it.
+std::string IdentityText(const AxisConfig& config, const AxisIdentity& identity) {
+  const AxisRegisterMap& map = config.register_map;
+  std::string text;
+  const auto add = [&](const char* what, std::uint16_t address, const std::string& value) {
+    text += fmt::format("{} {}, ", what, address == kNoRegister ? std::string("not told") : value);
+  };
+  add("serial", map.serial, std::to_string(identity.serial));
+  add("firmware", map.firmware_version, identity.firmware_version);
+  add("protocol", map.protocol_version, std::to_string(identity.protocol_version));
+  return text + "on " + config.LinkText();
+}
+
 void CheckAxis(const Config& config, DeviceGround& ground, std::vector<DoctorItem>& items) {
   Group group("axis", items);
+  if (config.axis.simulated()) group.None("simulated", "the drive is a model in this program");
   auto opened = OpenAxis(config.axis, ground);
   if (!opened) return group.Problem("drive", opened.error());
   const AxisIdentity& identity = opened->axis->identity();
-  group.Ok("drive", fmt::format("serial {}, firmware {}, protocol {}, on {}", identity.serial,
-                                identity.firmware_version, identity.protocol_version, config.axis.LinkText()));
+  group.Ok("drive", IdentityText(config.axis, identity));
   group.Ok("limits", fmt::format("{:.1f} to {:.1f} mm, {:.0f} mm/s, {:.0f} mm/s2", identity.limits.z_min.value(),
                                  identity.limits.z_max.value(), identity.limits.max_speed.value(),
                                  identity.limits.max_acceleration.value()));
   const auto position = opened->axis->Position();
   if (!position) return group.Problem("position", position.error());
+  if (!position->fresh) return group.Problem("position", "the drive did not answer", "check cable and unit address");
   group.Ok("position", position->homed ? fmt::format("{:.2f} mm", position->z.value()) : "not homed");
+  if (position->fault_code != 0) {
+    group.Problem("state", AxisFaultText(position->fault_code), "clear the cause; enabling the axis resets the fault");
+  } else if (position->moving || position->powered) {
+    group.Problem("state", position->moving ? "it moves, and not by us" : "it has power, and not from us",
+                  "end whatever else talks to the drive");
+  } else {
+    group.Ok("state", "at rest, without power");
+  }
+}
+
+/// Reads for a little longer than the E-stop channels may disagree, so that a lasting disagreement is found.
+Result<InterlockReading> ReadForAWhile(Interlock& interlock, Clock& clock) {
+  const nanoseconds end = clock.Now() + interlock_time::kDisagreement + std::chrono::milliseconds(200);
+  Result<InterlockReading> reading = interlock.Read();
+  while (reading && clock.Now() < end) reading = interlock.WaitChange(end);
+  return reading;
 }
 
 void CheckInterlock(const Config& config, DeviceGround& ground, std::vector<DoctorItem>& items) {
   Group group("interlock", items);
+  if (config.interlock.simulated) group.None("simulated", "the safety chain is a model in this program");
   auto opened = OpenInterlock(config.interlock, ground);
   if (!opened) return group.Problem("lines", opened.error());
-  const auto reading = (*opened)->WaitChange(ground.clock().Now() + kReadTimeout);
+  const auto reading = ReadForAWhile(**opened, ground.clock());
   if (!reading) return group.Problem("lines", reading.error());
-  group.Ok("lines", fmt::format("{} inputs and {} outputs", kInterlockInputs, kInterlockOutputs));
-  const std::string open = OpenedInputs(*reading);
-  group.Ok("chain", open.empty() ? std::string("closed") : "open at " + open);
+  std::string levels;
+  std::string open;
+  for (std::size_t i = 0; i < kInterlockInputs; ++i) {
+    const auto input = static_cast<InterlockInput>(i);
+    levels += fmt::format("{}{} {}", i == 0 ? "" : ", ", InterlockName(input), (*reading)[input] ? 1 : 0);
+    if (IsChainInput(input) && !(*reading)[input]) open.append(open.empty() ? "" : ", ").append(InterlockName(input));
+  }
+  group.Ok("lines", levels);
+  if (open.empty()) {
+    group.Ok("chain", "closed");
+  } else {
+    group.Problem("chain", "open at " + open,
+                  "release the E-stop and shut the door; if it stays open, check that wire");
+  }
   for (const InterlockNotice& notice : (*opened)->Diagnose()) group.Problem("chain", notice.text, notice.advice);
 }
 

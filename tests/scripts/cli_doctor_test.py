@@ -37,10 +37,25 @@ class Doctor(ProgramTest):
         self.assertEqual(groups, {"host", "buses", "ring", "axis", "interlock"})
         chain = next(i for i in report["items"] if i["group"] == "interlock" and i["name"] == "chain")
         self.assertEqual(chain["seen"], "closed")
+        for group in ("ring", "axis", "interlock"):
+            self.assertIn(("simulated", "none"),
+                          [(i["name"], i["verdict"]) for i in report["items"] if i["group"] == group])
+        state = next(i for i in report["items"] if i["name"] == "state")
+        self.assertEqual(state["seen"], "at rest, without power")
+
+    def test_an_open_chain_and_channels_that_disagree_are_problems(self):
+        problems = self.problems('[interlock]\nchip = "sim"\nestop_a = { line = "estop_a", active_low = true }\n')
+        self.assertIn("interlock chain", problems)
+        items = self.read_json("report.json")["items"]
+        texts = [i["seen"] for i in items if i["group"] == "interlock" and i["verdict"] == "problem"]
+        self.assertTrue(any("open at estop_a" in t for t in texts), texts)
+        self.assertTrue(len(texts) >= 2, f"the disagreement is named too: {texts}")
+        problems = self.problems('[interlock]\nchip = "sim"\ndoor = { line = "door", active_low = true }\n')
+        self.assertIn("open at door", problems["interlock chain"])
 
     def test_the_report_is_text_without_json(self):
         text = self.succeeds("doctor")
-        for words in ("host", "buses", "ring", "axis", "interlock", "no problem found", "board 1012"):
+        for words in ("host", "buses", "ring", "axis", "interlock", "no problem found (simulated: ring, axis, interlock)", "board 1012"):
             self.assertIn(words, text)
 
     def test_boards_that_are_not_those_of_the_configuration_are_a_problem(self):
@@ -76,7 +91,12 @@ class Doctor(ProgramTest):
     def test_bad_links_and_lines_are_named_with_their_line(self):
         for toml, naming in (
             ('[axis]\nlink = "tcp:host"\n', ["line 2", "axis.link"]),
-            ('[axis]\nlink = "tcp:host:99999"\n', ["line 2", "axis.link"]),
+            ('[axis]\nlink = "tcp:127.0.0.1:99999"\n', ["line 2", "axis.link"]),
+            ('[axis]\nlink = "tcp:localhost:502"\n', ["line 2", "address in digits"]),
+            ('[axis]\nlink = "/dev/tty0"\nbaud = 12345\n', ["line 3", "axis.baud"]),
+            ('[axis]\nlink = "/dev/tty0"\nunit = 0\n', ["axis.unit"]),
+            ("[ring]\ncan = []\n", ["line 2", "at least one"]),
+            ('[ring]\ncan = ["can0", "can0"]\n', ["line 2", "without repetition"]),
             ('[axis]\nlink = "ttyUSB0"\n', ["line 2", "axis.link"]),
             ('[axis]\nlink = "/dev/tty0"\nparity = "maybe"\n', ["axis.parity"]),
             ("[axis]\nunit = 300\n", ["line 2", "axis.unit"]),
