@@ -138,7 +138,10 @@ class ModbusServer::Impl {
   ~Impl() {
     thread_ = {};  // stopped and joined before anything else goes
     std::error_code ignored;
-    if (linked_) std::filesystem::remove(options_.symlink, ignored);
+    // Unless somebody else has taken the name.
+    if (linked_ && std::filesystem::read_symlink(options_.symlink, ignored) == terminal_) {
+      std::filesystem::remove(options_.symlink, ignored);
+    }
   }
 
   Status Open() {
@@ -177,6 +180,7 @@ class ModbusServer::Impl {
   int port_ = 0;
   std::string device_name_;
   bool linked_ = false;
+  std::filesystem::path terminal_;
   Descriptor listener_;  ///< Or the terminal's master.
   Descriptor kept_;      ///< RTU: the slave side, so that a master that leaves does not end the terminal.
   std::vector<Descriptor> clients_;
@@ -222,10 +226,15 @@ Status ModbusServer::Impl::LinkTerminal(const std::string& terminal) {
   device_name_ = terminal;
   if (options_.symlink.empty()) return {};
   std::error_code error;
-  if (std::filesystem::is_symlink(options_.symlink, error)) std::filesystem::remove(options_.symlink, error);
+  // Only what an earlier server left: a link to a terminal that is gone.
+  const bool stale = std::filesystem::is_symlink(options_.symlink, error) &&
+                     std::filesystem::read_symlink(options_.symlink, error).string().starts_with("/dev/pts/") &&
+                     !std::filesystem::exists(options_.symlink, error);
+  if (stale) std::filesystem::remove(options_.symlink, error);
   std::filesystem::create_symlink(terminal, options_.symlink, error);
   if (error) return Fail("name the terminal " + options_.symlink, error.message(), "choose another name");
   linked_ = true;
+  terminal_ = terminal;
   device_name_ = options_.symlink;
   return {};
 }
@@ -282,7 +291,9 @@ bool ModbusServer::Impl::Serve(int fd) {
 bool ModbusServer::Impl::Answer(const std::uint8_t* request, int length) {
   const int header = modbus_get_header_length(context_.get());
   const RequestBytes bytes(request + header, static_cast<std::size_t>(length - header));
-  if (bytes.function() == MODBUS_FC_MASK_WRITE_REGISTER || bytes.function() == MODBUS_FC_READ_EXCEPTION_STATUS) {
+  constexpr std::array<int, 4> kOurs{MODBUS_FC_READ_HOLDING_REGISTERS, MODBUS_FC_WRITE_SINGLE_REGISTER,
+                                     MODBUS_FC_WRITE_MULTIPLE_REGISTERS, MODBUS_FC_WRITE_AND_READ_REGISTERS};
+  if (std::find(kOurs.begin(), kOurs.end(), bytes.function()) == kOurs.end()) {
     return modbus_reply_exception(context_.get(), request, kIllegalFunction) >= 0;
   }
   if (const auto parsed = Parse(bytes)) {

@@ -13,7 +13,8 @@ namespace annulus::sim {
 struct ModbusServerOptions {
   /// TCP on loopback: the port, 0 for any free one. Nothing: RTU on a pseudo-terminal.
   std::optional<int> tcp_port;
-  std::string symlink;  ///< RTU: a name of its own for the terminal; replaced if it is a link, removed at the end.
+  std::string symlink;  ///< RTU: a name of its own for the terminal, removed at the end; one that is there
+                        ///< is replaced only if it is a link to a terminal that is gone.
   int unit = 1;         ///< RTU: the only unit that answers. On TCP every unit does.
 };
 

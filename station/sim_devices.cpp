@@ -1,6 +1,7 @@
 #include "station/sim_devices.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -104,7 +105,7 @@ class ServedBooth final : public SimDevices {
  private:
   Status ServeAxis(sim::ModbusServerOptions options);
   Status BridgeCan(const std::vector<std::string>& interfaces);
-  void RedirectBoards(const std::string& folder);
+  Status RedirectBoards(const std::string& folder);
   void ConnectBoards();
   void ServeBoards();
 
@@ -125,8 +126,7 @@ Status ServedBooth::Open(const SimDevicesOptions& options) {
   if (options.tcp_port) RETURN_IF_ERROR(ServeAxis({options.tcp_port, {}, 1}));
   if (options.pty) RETURN_IF_ERROR(ServeAxis({std::nullopt, *options.pty, 1}));
   RETURN_IF_ERROR(BridgeCan(options.can_interfaces));
-  if (!options.usbredir_folder.empty()) RedirectBoards(options.usbredir_folder);
-  return {};
+  return options.usbredir_folder.empty() ? Status() : RedirectBoards(options.usbredir_folder);
 }
 
 Status ServedBooth::ServeAxis(sim::ModbusServerOptions options) {
@@ -151,13 +151,18 @@ Status ServedBooth::BridgeCan(const std::vector<std::string>& interfaces) {
   return {};
 }
 
-void ServedBooth::RedirectBoards(const std::string& folder) {
+Status ServedBooth::RedirectBoards(const std::string& folder) {
+  if (!std::filesystem::is_directory(folder)) {
+    return Fail("look for the machine's sockets in " + folder, "there is no such folder",
+                "make it, and start the machine");
+  }
   for (UsbPort* board : booth_.usb_ports()) {
     // Serial numbers are "RB1001" on USB, 1001 elsewhere.
     const std::string serial = board->identity().serial.substr(2);
     redirected_.push_back({board, folder + "/" + serial + ".sock", nullptr});
     endpoints_.push_back({"board " + serial, "usbredir", redirected_.back().path});
   }
+  return {};
 }
 
 void ServedBooth::ConnectBoards() {
