@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 
 struct DoctorOptions {
   std::string config = "sim";
+  WatchdogTest watchdog = WatchdogTest::kSkip;
   std::string json;
 };
 
@@ -58,7 +59,7 @@ std::string ReportToText(const DoctorReport& report) {
 Status RunDoctorCommand(const DoctorOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
-  const DoctorReport report = Diagnose(*config, options.config, io.storage());
+  const DoctorReport report = Diagnose(*config, options.config, io.storage(), options.watchdog);
   RETURN_IF_ERROR(options.json.empty() ? io.Print(ReportToText(report))
                                        : io.WriteJson(options.json, ReportToJson(report)));
   if (report.healthy()) return {};
@@ -76,6 +77,9 @@ void AddDoctorCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--config", options->config, "the station's configuration; 'sim' is the built-in simulated booth")
       ->type_name("F")
       ->capture_default_str();
+  command->add_flag_callback(
+      "--test-watchdog", [options] { options->watchdog = WatchdogTest::kRun; },
+      "make the watchdog relay pull in and drop, and measure how long that takes (enable stays off)");
   AddJsonOption(*command, options->json);
   command->footer(
       "Nothing moves and no emitter is switched on. Exit code 1 if there is a problem.\n"

@@ -218,7 +218,7 @@ Result<InterlockReading> ReadForAWhile(Interlock& interlock, Clock& clock) {
   return reading;
 }
 
-void CheckInterlock(const Config& config, DeviceGround& ground, std::vector<DoctorItem>& items) {
+void CheckInterlock(const Config& config, WatchdogTest watchdog, DeviceGround& ground, std::vector<DoctorItem>& items) {
   Group group("interlock", items);
   if (config.interlock.simulated) group.None("simulated", "the safety chain is a model in this program");
   auto opened = OpenInterlock(config.interlock, ground);
@@ -240,6 +240,11 @@ void CheckInterlock(const Config& config, DeviceGround& ground, std::vector<Doct
                   "release the E-stop and shut the door; if it stays open, check that wire");
   }
   for (const InterlockNotice& notice : (*opened)->Diagnose()) group.Problem("chain", notice.text, notice.advice);
+  if (watchdog == WatchdogTest::kSkip) return;
+  const auto drop = TestWatchdogRelay(**opened, ground.clock());
+  if (!drop) return group.Problem("watchdog relay", drop.error());
+  const std::chrono::duration<double, std::milli> milliseconds = *drop;
+  group.Ok("watchdog relay", fmt::format("drops {:.0f} ms after the last beat", milliseconds.count()));
 }
 
 }  // namespace
@@ -261,7 +266,7 @@ bool DoctorReport::healthy() const {
                       [](const DoctorItem& item) { return item.verdict == DoctorVerdict::kProblem; });
 }
 
-DoctorReport Diagnose(const Config& config, const std::string& config_name, Storage& storage) {
+DoctorReport Diagnose(const Config& config, const std::string& config_name, Storage& storage, WatchdogTest watchdog) {
   DoctorReport report{config_name, CheckHost(config)};
   CheckUsb(config, report.items);
   CheckCan(config, report.items);
@@ -274,7 +279,7 @@ DoctorReport Diagnose(const Config& config, const std::string& config_name, Stor
   }
   CheckRing(config, **ground, report.items);
   CheckAxis(config, **ground, report.items);
-  CheckInterlock(config, **ground, report.items);
+  CheckInterlock(config, watchdog, **ground, report.items);
   return report;
 }
 

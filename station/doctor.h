@@ -30,8 +30,13 @@ struct DoctorReport {
   [[nodiscard]] bool healthy() const;
 };
 
+/// Whether the watchdog relay is made to pull in and to drop, which takes a second (TestWatchdogRelay). Enable stays
+/// off.
+enum class WatchdogTest { kSkip, kRun };
+
 /// Looks at the host, at every bus that the system has, and at the devices that the configuration names. Nothing moves,
 /// no emitter is switched on, and what is missing is an item and not a failure.
-DoctorReport Diagnose(const Config& config, const std::string& config_name, Storage& storage);
+DoctorReport Diagnose(const Config& config, const std::string& config_name, Storage& storage,
+                      WatchdogTest watchdog = WatchdogTest::kSkip);
 
 }  // namespace annulus

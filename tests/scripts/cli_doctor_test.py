@@ -53,6 +53,14 @@ class Doctor(ProgramTest):
         problems = self.problems('[interlock]\nchip = "sim"\ndoor = { line = "door", active_low = true }\n')
         self.assertIn("open at door", problems["interlock chain"])
 
+    def test_the_watchdog_relay_is_measured_when_asked_for(self):
+        report = self.succeeds_json("doctor", "--test-watchdog")
+        relay = next(i for i in report["items"] if i["name"] == "watchdog relay")
+        self.assertEqual(relay["verdict"], "ok")
+        drop_ms = int(relay["seen"].split()[1])
+        # The relay's window of 200 ms and its drop-out of 15 ms, less at most one beat of 20 ms since the last edge.
+        self.assertTrue(150 <= drop_ms <= 250, relay)
+
     def test_the_report_is_text_without_json(self):
         text = self.succeeds("doctor")
         for words in ("host", "buses", "ring", "axis", "interlock", "no problem found (simulated: ring, axis, interlock)", "board 1012"):
