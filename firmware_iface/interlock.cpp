@@ -81,6 +81,9 @@ class GpioInterlock final : public Interlock {
     if (level && IsHeldSafe(output) && latched_) {
       return Fail(attempted, "outputs are held safe: " + hold_cause_, "end the cause, then press the reset button");
     }
+    if (const std::string still_on = Unconfirmed(); level && IsHeldSafe(output) && !still_on.empty()) {
+      return Fail(attempted, still_on, "wait for a reading that succeeds");
+    }
     if (level && output == Out::kEnable && !output_[Index(Out::kEnable)]) {
       if (!level_[Index(In::kWatchdogFeedback)]) {
         return Fail(attempted, "the watchdog relay is off", "send it beats; if it stays off, check its wiring");
@@ -98,11 +101,8 @@ class GpioInterlock final : public Interlock {
   [[nodiscard]] bool output(Out output) const override { return output_.at(Index(output)); }
 
   Status KickWatchdog() override {
-    for (const Out output : kSafeOrder) {
-      if (!unconfirmed_[Index(output)]) continue;
-      return Fail("send a beat to the watchdog relay",
-                  std::string(InterlockName(output)) + " could not be switched off",
-                  "let the relay drop: it is what still switches off");
+    if (const std::string still_on = Unconfirmed(); !still_on.empty()) {
+      return Fail("send a beat to the watchdog relay", still_on, "let the relay drop: it is what still switches off");
     }
     const bool edge = beats_++ % 2 == 0;
     return edge ? Write(Out::kWatchdog, !output_[Index(Out::kWatchdog)]) : Status{};
@@ -149,11 +149,15 @@ class GpioInterlock final : public Interlock {
     return tl::unexpected<Error>(GpioError(std::string("set ") + InterlockName(output), written.error()));
   }
 
-  Status OrderOffAgain() {
-    const bool any =
-        std::any_of(unconfirmed_.begin(), unconfirmed_.end(), [](bool unconfirmed) { return unconfirmed; });
-    return any ? MakeSafe() : Status{};
+  /// The first output that could not be switched off, in words; empty: none.
+  [[nodiscard]] std::string Unconfirmed() const {
+    for (const Out output : kSafeOrder) {
+      if (unconfirmed_[Index(output)]) return std::string(InterlockName(output)) + " could not be switched off";
+    }
+    return {};
   }
+
+  Status OrderOffAgain() { return Unconfirmed().empty() ? Status{} : MakeSafe(); }
 
   Status AllOff() {
     Status first = MakeSafe();
@@ -342,9 +346,8 @@ class GpioInterlock final : public Interlock {
     if (!latched_ || hold_cause_ == kNoResetYet) hold_cause_ = cause;
     latched_ = true;
     reset_at_.reset();
-    const bool on = std::any_of(kSafeOrder.begin(), kSafeOrder.end(),
-                                [this](Out o) { return output_[Index(o)] || unconfirmed_[Index(o)]; });
-    return on ? MakeSafe() : Status{};
+    const bool on = std::any_of(kSafeOrder.begin(), kSafeOrder.end(), [this](Out o) { return output_[Index(o)]; });
+    return on ? MakeSafe() : OrderOffAgain();
   }
 
   void FollowReset(InterlockReading& reading) {

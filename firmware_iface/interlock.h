@@ -136,8 +136,8 @@ class Interlock {
   /// Waits for an edge of any input until `deadline`, then reads.
   virtual Result<InterlockReading> WaitChange(std::chrono::nanoseconds deadline) = 0;
   /// Sets an output, not the watchdog's. Enable, quick stop and emitters cannot be switched on while outputs are held
-  /// safe, enable neither while the watchdog relay is off or the enable relay has not dropped out: Error with the
-  /// cause. One that failed to be switched on is ordered off at once.
+  /// safe or one of them could not be switched off, enable neither while the watchdog relay is off or the enable relay
+  /// has not dropped out: Error with the cause. One that failed to be switched on is ordered off at once.
   virtual Status Set(InterlockOutput output, bool level) = 0;
   /// As it was ordered, whether or not the chip took it.
   [[nodiscard]] virtual bool output(InterlockOutput output) const = 0;

@@ -130,6 +130,7 @@ TEST_F(InterlockOutage, E10_AnOutputThatCannotBeSwitchedOffEndsTheBeats) {
   RunInto(writes);
   Run(kTick);
   EXPECT_FALSE(interlock_->MakeSafe());
+  EXPECT_THAT(WhyNot(Out::kEmitters), HasSubstr("quick_stop could not be switched off"));
   for (int i = 0; i < 50; ++i) EXPECT_FALSE(Tick());
   EXPECT_TRUE(chain_.Pin(Out::kEnable));
   EXPECT_FALSE(chain_.Pin(Out::kEmitters)) << "the others are switched off all the same";
