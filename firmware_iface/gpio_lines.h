@@ -37,7 +37,7 @@ struct GpioEdge {
 };
 
 enum class GpioFault {
-  kGone,  ///< The chip was removed: nothing will ever answer again on this request.
+  kGone,  ///< A chip was removed: its lines never answer again. Those of other chips can still be written.
   kError,
 };
 struct GpioFailure {
@@ -60,7 +60,7 @@ class GpioLines {
   /// The levels of all lines now, in the order of the request; outputs read back what the pin really has where the
   /// hardware can.
   virtual GpioResult<std::vector<bool>> Read() = 0;
-  /// Sets one output.
+  /// Sets one output. Always asks the chip, whatever happened before, on whatever chip.
   virtual GpioResult<void> Write(std::size_t line, bool level) = 0;
   /// The next edge of any input; nothing if none has come when the host clock reaches `deadline`. A deadline in the
   /// past only collects.

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <deque>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "base/ensure.h"
@@ -22,7 +23,7 @@ using std::chrono::nanoseconds;
 
 constexpr const char* kConsumer = "annulus";
 constexpr std::size_t kFifo = 16;
-/// Some kernels do not wake a poll() when the chip goes: we look at least so often.
+/// Some kernels do not wake a poll() when a chip goes: we look at least so often.
 constexpr nanoseconds kLook = std::chrono::milliseconds(50);
 
 struct ChipCloser {
@@ -38,9 +39,9 @@ using ChipHandle = std::unique_ptr<gpiod_chip, ChipCloser>;
 using LineHandle = std::unique_ptr<gpiod_line, LineReleaser>;
 
 tl::unexpected<GpioFailure> Failure(const std::string& attempted, int number) {
-  const bool gone = number == ENODEV || number == ENXIO;
+  // Not ENXIO: an I2C adapter says that of an expander that did not answer once.
   return tl::unexpected<GpioFailure>(
-      GpioFailure{gone ? GpioFault::kGone : GpioFault::kError, attempted + ": " + std::strerror(number)});
+      GpioFailure{number == ENODEV ? GpioFault::kGone : GpioFault::kError, attempted + ": " + std::strerror(number)});
 }
 
 std::string TextOf(const char* text) { return text == nullptr ? std::string() : text; }
@@ -116,7 +117,9 @@ class GpiodLines final : public GpioLines {
   GpiodLines(std::vector<GpioLineSpec> specs, std::vector<ChipHandle> chips, std::vector<LineHandle> lines,
              Clock& clock)
       : specs_(std::move(specs)), chips_(std::move(chips)), lines_(std::move(lines)), clock_(clock) {
+    std::set<gpiod_chip*> seen;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (seen.insert(gpiod_line_get_chip(lines_[i].get())).second) one_of_each_chip_.push_back(i);
       if (!specs_[i].edges) continue;
       polled_.push_back({gpiod_line_event_get_fd(lines_[i].get()), POLLIN, 0});
       polled_line_.push_back(i);
@@ -126,7 +129,6 @@ class GpiodLines final : public GpioLines {
   [[nodiscard]] std::size_t count() const override { return lines_.size(); }
 
   GpioResult<std::vector<bool>> Read() override {
-    if (gone_) return Failure("read the lines", ENODEV);
     std::vector<bool> levels;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const auto level = LevelOf(i);
@@ -137,14 +139,12 @@ class GpiodLines final : public GpioLines {
   }
 
   GpioResult<void> Write(std::size_t line, bool level) override {
-    if (gone_) return Failure("set a line", ENODEV);
     ENSURE(line < lines_.size() && specs_[line].direction == GpioDirection::kOutput, "only outputs can be set");
     if (gpiod_line_set_value(lines_[line].get(), level ? 1 : 0) != 0) return Failed("set '" + specs_[line].name + "'");
     return {};
   }
 
   GpioResult<std::optional<GpioEdge>> WaitEdge(nanoseconds deadline) override {
-    if (gone_) return Failure("wait for an edge", ENODEV);
     while (true) {
       if (const auto collected = CollectEdges(); !collected) return tl::unexpected<GpioFailure>(collected.error());
       if (!edges_.empty()) {
@@ -159,11 +159,7 @@ class GpiodLines final : public GpioLines {
   }
 
  private:
-  tl::unexpected<GpioFailure> Failed(const std::string& attempted) {
-    auto failure = Failure(attempted, errno);
-    gone_ = gone_ || failure.value().fault == GpioFault::kGone;
-    return failure;
-  }
+  static tl::unexpected<GpioFailure> Failed(const std::string& attempted) { return Failure(attempted, errno); }
 
   GpioResult<bool> LevelOf(std::size_t line) {
     const int level = gpiod_line_get_value(lines_[line].get());
@@ -178,8 +174,9 @@ class GpiodLines final : public GpioLines {
     const int ready = ppoll(polled_.data(), polled_.size(), &limit, nullptr);
     if (ready < 0 && errno != EINTR) return Failed("wait for edges");
     if (ready != 0) return {};
-    const auto level = lines_.empty() ? GpioResult<bool>(true) : LevelOf(0);
-    if (!level) return tl::unexpected<GpioFailure>(level.error());
+    for (const std::size_t line : one_of_each_chip_) {
+      if (const auto level = LevelOf(line); !level) return tl::unexpected<GpioFailure>(level.error());
+    }
     return {};
   }
 
@@ -234,8 +231,8 @@ class GpiodLines final : public GpioLines {
   Clock& clock_;
   std::vector<pollfd> polled_;
   std::vector<std::size_t> polled_line_;
+  std::vector<std::size_t> one_of_each_chip_;
   std::deque<GpioEdge> edges_;
-  bool gone_ = false;
 };
 
 }  // namespace

@@ -23,7 +23,7 @@ using std::chrono::nanoseconds;
 
 constexpr const char* kConsumer = "annulus";
 constexpr std::size_t kEdgesPerLine = 16;
-/// Some kernels do not wake a poll() when the chip goes: we look at least so often.
+/// Some kernels do not wake a poll() when a chip goes: we look at least so often.
 constexpr nanoseconds kLook = std::chrono::milliseconds(50);
 
 /// Calls the C function that frees `T`.
@@ -44,9 +44,9 @@ using RequestHandle = std::unique_ptr<gpiod_line_request, Freer<gpiod_line_reque
 using BufferHandle = std::unique_ptr<gpiod_edge_event_buffer, Freer<gpiod_edge_event_buffer_free>>;
 
 tl::unexpected<GpioFailure> Failure(const std::string& attempted, int number) {
-  const bool gone = number == ENODEV || number == ENXIO;
+  // Not ENXIO: an I2C adapter says that of an expander that did not answer once.
   return tl::unexpected<GpioFailure>(
-      GpioFailure{gone ? GpioFault::kGone : GpioFault::kError, attempted + ": " + std::strerror(number)});
+      GpioFailure{number == ENODEV ? GpioFault::kGone : GpioFault::kError, attempted + ": " + std::strerror(number)});
 }
 
 std::string TextOf(const char* text) { return text == nullptr ? std::string() : text; }
@@ -135,7 +135,6 @@ class GpiodLines final : public GpioLines {
   [[nodiscard]] std::size_t count() const override { return specs_.size(); }
 
   GpioResult<std::vector<bool>> Read() override {
-    if (gone_) return Failure("read the lines", ENODEV);
     std::vector<bool> levels;
     for (std::size_t i = 0; i < specs_.size(); ++i) {
       const auto level = LevelOf(i);
@@ -146,7 +145,6 @@ class GpiodLines final : public GpioLines {
   }
 
   GpioResult<void> Write(std::size_t line, bool level) override {
-    if (gone_) return Failure("set a line", ENODEV);
     ENSURE(line < specs_.size() && specs_[line].direction == GpioDirection::kOutput, "only outputs can be set");
     const auto value = level ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE;
     if (gpiod_line_request_set_value(RequestOf(line), places_[line].offset, value) == 0) return {};
@@ -154,7 +152,6 @@ class GpiodLines final : public GpioLines {
   }
 
   GpioResult<std::optional<GpioEdge>> WaitEdge(nanoseconds deadline) override {
-    if (gone_) return Failure("wait for an edge", ENODEV);
     while (true) {
       if (const auto collected = Poll(nanoseconds(0)); !collected)
         return tl::unexpected<GpioFailure>(collected.error());
@@ -170,11 +167,7 @@ class GpiodLines final : public GpioLines {
   }
 
  private:
-  tl::unexpected<GpioFailure> Failed(const std::string& attempted) {
-    auto failure = Failure(attempted, errno);
-    gone_ = gone_ || failure.value().fault == GpioFault::kGone;
-    return failure;
-  }
+  static tl::unexpected<GpioFailure> Failed(const std::string& attempted) { return Failure(attempted, errno); }
 
   gpiod_line_request* RequestOf(std::size_t line) { return requests_.at(places_[line].chip).request.get(); }
 
@@ -196,9 +189,11 @@ class GpiodLines final : public GpioLines {
     const timespec limit{seconds.count(), (timeout - seconds).count()};
     const int ready = ppoll(polled.data(), polled.size(), &limit, nullptr);
     if (ready < 0 && errno != EINTR) return Failed("wait for edges");
-    if (ready == 0 && timeout > nanoseconds(0) && !specs_.empty()) {
-      const auto level = LevelOf(0);
-      if (!level) return tl::unexpected<GpioFailure>(level.error());
+    if (ready == 0 && timeout > nanoseconds(0)) {
+      for (const auto& [chip, request] : requests_) {
+        const auto level = LevelOf(request.line_of.begin()->second);
+        if (!level) return tl::unexpected<GpioFailure>(level.error());
+      }
     }
     const std::size_t first_new = edges_.size();
     for (std::size_t i = 0; ready > 0 && i < polled.size(); ++i) {
@@ -249,7 +244,6 @@ class GpiodLines final : public GpioLines {
   std::map<std::size_t, ChipRequest> requests_;  ///< By chip.
   Clock& clock_;
   std::deque<GpioEdge> edges_;
-  bool gone_ = false;
 };
 
 /// Requests those of `lines` that are on one chip.

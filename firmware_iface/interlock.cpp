@@ -49,17 +49,15 @@ class GpioInterlock final : public Interlock {
   Result<InterlockReading> Read() override {
     InterlockReading reading;
     if (const auto sampled = Sample(reading); !sampled)
-      return LinesFailed("read the interlock's lines", sampled.error());
+      return LinesFailed(GpioError("read the interlock's lines", sampled.error()));
+    if (const Status off = OrderOffAgain(); !off) return LinesFailed(off.error());
     EndFault(InterlockFault::kLinesFailed);
     JudgeChannels(reading);
     JudgeFeedback(reading);
     JudgeWarnings(reading);
     if (const std::string cause = WhatStops(reading); !cause.empty()) {
       if (reading.reset_pressed) reading.reset_refused = cause;
-      if (const Status held = Hold(cause); !held) {
-        Raise(InterlockFault::kLinesFailed, held.error().seen, held.error().advice);
-        return Fail(held);
-      }
+      if (const Status held = Hold(cause); !held) return LinesFailed(held.error());
     } else {
       FollowReset(reading);
     }
@@ -70,7 +68,7 @@ class GpioInterlock final : public Interlock {
 
   Result<InterlockReading> WaitChange(nanoseconds deadline) override {
     const auto edge = lines_->WaitEdge(deadline);
-    if (!edge) return LinesFailed("wait for a change of the interlock's lines", edge.error());
+    if (!edge) return LinesFailed(GpioError("wait for a change of the interlock's lines", edge.error()));
     if (*edge) waited_for_ = **edge;
     return Read();
   }
@@ -83,6 +81,9 @@ class GpioInterlock final : public Interlock {
     if (level && IsHeldSafe(output) && latched_) {
       return Fail(attempted, "outputs are held safe: " + hold_cause_, "end the cause, then press the reset button");
     }
+    if (const std::string still_on = Unconfirmed(); level && IsHeldSafe(output) && !still_on.empty()) {
+      return Fail(attempted, still_on, "wait for a reading that succeeds");
+    }
     if (level && output == Out::kEnable && !output_[Index(Out::kEnable)]) {
       if (!level_[Index(In::kWatchdogFeedback)]) {
         return Fail(attempted, "the watchdog relay is off", "send it beats; if it stays off, check its wiring");
@@ -91,12 +92,18 @@ class GpioInterlock final : public Interlock {
         return Fail(attempted, "the enable relay has not dropped out yet", "wait; if it stays on, a contact is welded");
       }
     }
-    return Write(output, level);
+    const Status written = Write(output, level);
+    // It may have been switched on all the same.
+    if (!written && level && IsHeldSafe(output)) (void)Write(output, false);
+    return written;
   }
 
   [[nodiscard]] bool output(Out output) const override { return output_.at(Index(output)); }
 
   Status KickWatchdog() override {
+    if (const std::string still_on = Unconfirmed(); !still_on.empty()) {
+      return Fail("send a beat to the watchdog relay", still_on, "let the relay drop: it is what still switches off");
+    }
     const bool edge = beats_++ % 2 == 0;
     return edge ? Write(Out::kWatchdog, !output_[Index(Out::kWatchdog)]) : Status{};
   }
@@ -126,18 +133,31 @@ class GpioInterlock final : public Interlock {
  private:
   // --- lines ---
 
+  /// What was to be switched off counts as off even if the chip did not take the order, whatever the reason; it is then
+  /// unconfirmed, and ordered off again until the chip takes it.
   Status Write(Out output, bool level) {
     const auto written = lines_->Write(LineOf(output), level);
-    // A chip that is gone drives nothing: the resistors on its outputs make them false.
-    const bool off_anyway = !level && !written && written.error().fault == GpioFault::kGone;
-    if (written || off_anyway) {
-      if (output_[Index(output)] != level) changed_[Index(output)] = clock_.Now();
-      output_[Index(output)] = level;
+    const std::size_t i = Index(output);
+    const bool ordered_off = !level && IsHeldSafe(output);
+    if (written || ordered_off) {
+      if (output_[i] != level || unconfirmed_[i]) changed_[i] = clock_.Now();
+      output_[i] = level;
+      unconfirmed_[i] = !written;
     }
     if (output == Out::kEnable && !level) pulled_in_ = false;
     if (written) return {};
     return tl::unexpected<Error>(GpioError(std::string("set ") + InterlockName(output), written.error()));
   }
+
+  /// The first output that could not be switched off, in words; empty: none.
+  [[nodiscard]] std::string Unconfirmed() const {
+    for (const Out output : kSafeOrder) {
+      if (unconfirmed_[Index(output)]) return std::string(InterlockName(output)) + " could not be switched off";
+    }
+    return {};
+  }
+
+  Status OrderOffAgain() { return Unconfirmed().empty() ? Status{} : MakeSafe(); }
 
   Status AllOff() {
     Status first = MakeSafe();
@@ -148,8 +168,7 @@ class GpioInterlock final : public Interlock {
     return first;
   }
 
-  tl::unexpected<Error> LinesFailed(const std::string& attempted, const GpioFailure& failure) {
-    const Error error = GpioError(attempted, failure);
+  tl::unexpected<Error> LinesFailed(const Error& error) {
     Raise(InterlockFault::kLinesFailed, error.seen, error.advice);
     waited_for_.reset();
     (void)Hold(error.seen);
@@ -322,13 +341,13 @@ class GpioInterlock final : public Interlock {
 
   // --- latch ---
 
-  /// Keeps the first cause; tries again to switch off what could not be switched off before.
+  /// Keeps the first cause; switches off what is not, or may not be.
   Status Hold(const std::string& cause) {
     if (!latched_ || hold_cause_ == kNoResetYet) hold_cause_ = cause;
     latched_ = true;
     reset_at_.reset();
     const bool on = std::any_of(kSafeOrder.begin(), kSafeOrder.end(), [this](Out o) { return output_[Index(o)]; });
-    return on ? MakeSafe() : Status{};
+    return on ? MakeSafe() : OrderOffAgain();
   }
 
   void FollowReset(InterlockReading& reading) {
@@ -350,7 +369,8 @@ class GpioInterlock final : public Interlock {
   Clock& clock_;
   std::array<bool, kInterlockInputs> level_{};             ///< As last known, edge by edge.
   std::array<nanoseconds, kInterlockInputs> low_since_{};  ///< Each input's last falling edge.
-  std::array<bool, kInterlockOutputs> output_{};
+  std::array<bool, kInterlockOutputs> output_{};           ///< As ordered.
+  std::array<bool, kInterlockOutputs> unconfirmed_{};      ///< Ordered off; the chip did not take it.
   std::array<bool, kInterlockOutputs> read_back_{};
   std::array<nanoseconds, kInterlockOutputs> changed_{};  ///< When each output last changed.
   std::optional<GpioEdge> waited_for_;                    ///< Collected by WaitChange, for the reading that follows.

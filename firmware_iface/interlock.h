@@ -129,20 +129,22 @@ class Interlock {
  public:
   virtual ~Interlock() = default;
 
-  /// Reads all inputs and collects edges; puts the outputs into the safe state if the chain opened or a fault stops. An
-  /// Error means: the chain is open, outputs were ordered safe, nothing works until a reading succeeds.
+  /// Reads all inputs and collects edges; puts the outputs into the safe state if the chain opened or a fault stops.
+  /// Enable, quick stop and emitters that could not be switched off before are ordered off again. An Error means: the
+  /// chain is open, outputs were ordered safe, nothing works until a reading and all these orders succeed.
   virtual Result<InterlockReading> Read() = 0;
   /// Waits for an edge of any input until `deadline`, then reads.
   virtual Result<InterlockReading> WaitChange(std::chrono::nanoseconds deadline) = 0;
   /// Sets an output, not the watchdog's. Enable, quick stop and emitters cannot be switched on while outputs are held
-  /// safe, enable neither while the watchdog relay is off or the enable relay has not dropped out: Error with the
-  /// cause.
+  /// safe or one of them could not be switched off, enable neither while the watchdog relay is off or the enable relay
+  /// has not dropped out: Error with the cause. One that failed to be switched on is ordered off at once.
   virtual Status Set(InterlockOutput output, bool level) = 0;
-  /// As it was set.
+  /// As it was ordered, whether or not the chip took it.
   [[nodiscard]] virtual bool output(InterlockOutput output) const = 0;
   /// A beat for the watchdog relay: call it every interlock_time::kBeat, and only if all critical threads have beaten.
   /// Every second beat is an edge, so that rising edges come every 80 ms, in the middle of the relay's window of 40 to
-  /// 200 ms: a beat that is lost or late does no harm, a loop that runs away does.
+  /// 200 ms: a beat that is lost or late does no harm, a loop that runs away does. Refused while an output was ordered
+  /// off and the chip did not take it: the relay is then what switches off.
   virtual Status KickWatchdog() = 0;
   /// Quick stop, emitters and enable off, in that order. Goes on after a failure; says the first.
   virtual Status MakeSafe() = 0;

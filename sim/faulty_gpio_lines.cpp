@@ -11,7 +11,6 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kChatter = std::chrono::milliseconds(5);
-constexpr nanoseconds kErrorTime = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -20,11 +19,13 @@ FaultyGpioLines::FaultyGpioLines(std::unique_ptr<GpioLines> lines, GpioFaultPlan
 
 double FaultyGpioLines::Draw() { return UnitFromBits(engine_()); }
 
-std::optional<GpioFailure> FaultyGpioLines::FailureNow() const {
+std::optional<GpioFailure> FaultyGpioLines::FailureNow(std::optional<std::size_t> line) const {
   const nanoseconds now = clock_.Now();
-  if (plan_.gone_at && now >= *plan_.gone_at) return GpioFailure{GpioFault::kGone, "the chip is unplugged"};
-  if (plan_.error_at && now >= *plan_.error_at && now < *plan_.error_at + kErrorTime) {
-    return GpioFailure{GpioFault::kError, "input/output error"};
+  for (const GpioFaultPlan::Outage& outage : plan_.outages) {
+    if (now < outage.from || now >= outage.to) continue;
+    if (!line && outage.calls == GpioFaultPlan::Calls::kWrites) continue;
+    if (line && !outage.lines.empty() && std::count(outage.lines.begin(), outage.lines.end(), *line) == 0) continue;
+    return GpioFailure{outage.fault, outage.fault == GpioFault::kGone ? "the chip is unplugged" : "input/output error"};
   }
   return std::nullopt;
 }
@@ -46,7 +47,7 @@ GpioResult<std::vector<bool>> FaultyGpioLines::Read() {
 }
 
 GpioResult<void> FaultyGpioLines::Write(std::size_t line, bool level) {
-  if (const auto failure = FailureNow()) return tl::unexpected<GpioFailure>(*failure);
+  if (const auto failure = FailureNow(line)) return tl::unexpected<GpioFailure>(*failure);
   return lines_->Write(line, level);
 }
 

@@ -31,9 +31,18 @@ struct GpioFaultPlan {
     std::chrono::nanoseconds from{0};
     std::chrono::nanoseconds to = std::chrono::nanoseconds::max();
   };
-  std::vector<Stuck> stuck;                          ///< Inputs; a broken wire is one that is stuck at 0.
-  std::optional<std::chrono::nanoseconds> gone_at;   ///< The chip is unplugged.
-  std::optional<std::chrono::nanoseconds> error_at;  ///< From then on, calls fail for 100 ms, and no level is set.
+  std::vector<Stuck> stuck;  ///< Inputs; a broken wire is one that is stuck at 0.
+
+  enum class Calls { kAll, kWrites };
+  /// Calls fail, and no level is set; outputs keep theirs.
+  struct Outage {
+    std::chrono::nanoseconds from{0};
+    std::chrono::nanoseconds to = std::chrono::nanoseconds::max();
+    GpioFault fault = GpioFault::kError;
+    std::vector<std::size_t> lines;  ///< Those of one chip of several; empty: all. A failing line fails every reading.
+    Calls calls = Calls::kAll;
+  };
+  std::vector<Outage> outages;
 };
 
 /// Passes on what real lines do and damages it by a plan. Thread-bound. Borrows the clock.
@@ -52,7 +61,8 @@ class FaultyGpioLines final : public GpioLines {
     std::chrono::nanoseconds told_at{0};
   };
 
-  [[nodiscard]] std::optional<GpioFailure> FailureNow() const;
+  /// Of a write to `line`; of a reading or a wait, which need all lines, without one.
+  [[nodiscard]] std::optional<GpioFailure> FailureNow(std::optional<std::size_t> line = std::nullopt) const;
   [[nodiscard]] double Draw();
   /// What becomes of one edge.
   void Take(const GpioEdge& edge);

@@ -34,6 +34,7 @@ class InterlockFaults : public testing::Test {
   static constexpr milliseconds kTick{10};
 
   static std::size_t LineOf(In input) { return static_cast<std::size_t>(input); }
+  static std::size_t LineOf(Out output) { return kInterlockInputs + static_cast<std::size_t>(output); }
 
   void Open(SafetyChain& chain, std::optional<GpioFaultPlan> plan = std::nullopt) {
     auto lines = chain.Request("annulus-safety", InterlockWiring::Default().Lines());

@@ -55,25 +55,6 @@ TEST_F(InterlockFaults, E10_AChipThatGoesWhileTheBoothRunsIsAStop) {
   EXPECT_TRUE(When(ChainSignal::kStoA, false, gone));
 }
 
-TEST_F(InterlockFaults, E10_AnErrorOfTheLinesHoldsUntilAReset) {
-  interlock_.reset();
-  GpioFaultPlan plan;
-  plan.error_at = seconds(2);
-  Open(chain_, plan);
-  SwitchOn();
-  clock_.SleepUntil(seconds(2));
-  const auto failed = interlock_->Read();
-  ASSERT_FALSE(failed);
-  EXPECT_THAT(failed.error().Text(), HasSubstr("input/output error"));
-  clock_.SleepUntil(clock_.Now() + milliseconds(100));
-  // The order to switch off failed with the rest; it is given again as soon as the lines answer.
-  EXPECT_TRUE(Run(kTick).latched);
-  ExpectOutputsSafe("lines are back");
-  EXPECT_TRUE(Has(InterlockFault::kLinesFailed));
-  EXPECT_FALSE(Reset().latched);
-  EXPECT_THAT(Faults(), IsEmpty());
-}
-
 TEST_F(InterlockFaults, E11_AWeldedContactIsFoundAndNeedsService) {
   SwitchOn();
   chain_.WeldStoA();

@@ -93,6 +93,69 @@ TEST_P(InterlockProperty, NeverSaysClosedOfAChainThatWasOpenAndIsSafeWhenTheChip
   EXPECT_GT(free, 100) << "the booths never ran: the property says little";
 }
 
+/// 40 outages of up to 150 ms in 10 s, of all lines, of the inputs or of some outputs.
+GpioFaultPlan RandomOutages(std::mt19937_64& engine) {
+  const auto draw = [&engine](int below) { return static_cast<int>(sim::UnitFromBits(engine()) * below); };
+  GpioFaultPlan plan;
+  for (int i = 0; i < 40; ++i) {
+    GpioFaultPlan::Outage outage;
+    outage.from = milliseconds(1000 + draw(9000));
+    outage.to = outage.from + std::chrono::microseconds(200 + (draw(3) == 0 ? draw(150'000) : draw(10'000)));
+    outage.fault = draw(2) == 0 ? GpioFault::kError : GpioFault::kGone;
+    outage.calls = draw(2) == 0 ? GpioFaultPlan::Calls::kAll : GpioFaultPlan::Calls::kWrites;
+    const int whose = draw(3);
+    for (std::size_t line = 0; line < kInterlockInputs + kInterlockOutputs; ++line) {
+      const bool input = line < kInterlockInputs;
+      if (whose == 1 ? input : whose == 2 && !input && draw(2) == 0) outage.lines.push_back(line);
+    }
+    plan.outages.push_back(outage);
+  }
+  return plan;
+}
+
+TEST_P(InterlockProperty, E10_AGoodReadingNeverLeavesAPinOnThatIsHeldOrWasOrderedOff) {
+  constexpr int kSeedsPerCase = 20;
+  int free = 0;
+  int failed = 0;
+  for (int i = 0; i < kSeedsPerCase; ++i) {
+    const auto seed = static_cast<std::uint64_t>(GetParam() * kSeedsPerCase + i);
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937_64 engine(sim::MixSeed(seed, 78));
+    const auto draw = [&engine](int below) { return static_cast<int>(sim::UnitFromBits(engine()) * below); };
+    ManualClock clock;
+    SafetyChain chain({}, clock);
+    auto lines = chain.Request("", InterlockWiring::Default().Lines());
+    ASSERT_TRUE(lines);
+    auto made =
+        MakeInterlock(std::make_unique<FaultyGpioLines>(std::move(*lines), RandomOutages(engine), clock), clock);
+    ASSERT_TRUE(made);
+    Interlock& interlock = **made;
+    for (int step = 0; step < 1100; ++step) {
+      if (step % 2 == 0) (void)interlock.KickWatchdog();
+      if (draw(30) == 0) chain.PressResetAt(clock.Now() + milliseconds(draw(10)));
+      if (draw(100) == 0) {
+        const In opened = kChain.at(static_cast<std::size_t>(draw(5)));
+        chain.SetAt(clock.Now() + milliseconds(2), opened, false);
+        chain.SetAt(clock.Now() + milliseconds(2 + draw(20)), opened, true);
+      }
+      if (draw(100) == 0) (void)interlock.MakeSafe();
+      clock.SleepUntil(clock.Now() + milliseconds(10));
+      const auto reading = interlock.Read();
+      failed += reading ? 0 : 1;
+      if (!reading) continue;
+      for (const Out output : kDangerous) {
+        ASSERT_EQ(chain.Pin(output), interlock.output(output)) << InterlockName(output) << ", step " << step;
+        ASSERT_FALSE(reading->latched && chain.Pin(output)) << InterlockName(output) << ", step " << step;
+      }
+      if (reading->latched) continue;
+      ++free;
+      for (const Out output : kDangerous) (void)interlock.Set(output, true);
+    }
+  }
+  EXPECT_GT(free, 1000) << "the booths never ran: the property says little";
+  EXPECT_GT(failed, 1000);
+}
+
 INSTANTIATE_TEST_SUITE_P(TwoHundredSeeds, InterlockProperty, testing::Range(0, 10));
 
 }  // namespace

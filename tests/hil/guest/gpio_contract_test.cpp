@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/hil/gpio_sim.h"
+#include "tests/hil/gpio_sim_fixtures.h"
 
 namespace annulus {
 namespace {
