@@ -15,6 +15,8 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStateDeadline = std::chrono::seconds(1);  ///< For one step of the power state machine.
 constexpr nanoseconds kQuickStopDeadline = std::chrono::milliseconds(500);
+/// For the drive's acknowledgement of a target: it comes in the drive's next cycle, not in the reply to the order.
+constexpr nanoseconds kAcknowledgeDeadline = std::chrono::milliseconds(50);
 constexpr nanoseconds kPollPause = std::chrono::milliseconds(5);
 constexpr nanoseconds kFirstPause = std::chrono::milliseconds(50);  ///< Between attempts to open a lost link.
 constexpr nanoseconds kLongestPause = std::chrono::seconds(2);
@@ -78,6 +80,10 @@ class ModbusScanAxis final : public ScanAxis {
   Status CheckParameters();
   Status GoTo(DriveState wanted, std::uint16_t control);
   Status ResetFault();
+  /// After an order that failed or was not taken: the drive stops, or hears nothing more and stops by its heartbeat.
+  void Abandon();
+  /// Reads until the acknowledge bit is as wanted; if that takes too long, the axis is stopped.
+  Status AwaitAcknowledge(DriveReply answer, std::uint16_t wanted, const char* attempted);
   Status StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted);
   Status CheckMove(Millimetres z, MillimetresPerSecond speed) const;
   Status AwaitStandstill();
@@ -174,11 +180,13 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
   const std::string attempted = std::string("bring the axis drive to '") + DriveStateText(wanted) + "'";
   DriveReply answer = Order(control);
   const nanoseconds deadline = clock_.Now() + kStateDeadline;
+  // A drive that is told to reset its fault still reports it until its next cycle.
+  const bool resets = control == control_word::kFaultReset;
   while (true) {
     if (!answer) return Unanswered(attempted, answer.error());
     const DriveState drive = StateOf(*answer);
     if (drive == wanted) return {};
-    if (drive == DriveState::kFault || clock_.Now() >= deadline) {
+    if ((drive == DriveState::kFault && !resets) || clock_.Now() >= deadline) {
       return Fail(attempted,
                   drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
                                               : "it stays in " + DriveText(*answer),
@@ -220,20 +228,46 @@ Status ModbusScanAxis::Enable() {
   return {};
 }
 
+void ModbusScanAxis::Abandon() {
+  if (state_ != State::kDisabled) state_ = State::kFault;
+  static_cast<void>(StopOrder(control_word::kQuickStop));
+}
+
+Status ModbusScanAxis::AwaitAcknowledge(DriveReply answer, std::uint16_t wanted, const char* attempted) {
+  const nanoseconds deadline = clock_.Now() + kAcknowledgeDeadline;
+  while (true) {
+    if (!answer) {
+      Abandon();
+      return Unanswered(attempted, answer.error());
+    }
+    RETURN_IF_ERROR(CheckDrive(*answer));
+    if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == wanted) return {};
+    if (clock_.Now() >= deadline) break;
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    answer = dialogue_.ReadAgain(status_block_);
+  }
+  Abandon();
+  return Fail(attempted,
+              wanted != 0 ? "the drive does not take the target" : "the drive still acknowledges an earlier target",
+              "check the drive's state and limits, then disable the axis and enable it again");
+}
+
 Status ModbusScanAxis::StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted) {
-  // The start bit down first: the drive wants to see it rise, and within its start window after a transaction.
+  // The start bit down first: the drive wants to see it rise, and within its start window after a transaction. The mode
+  // goes with it: a drive may need a cycle to change it.
+  dialogue_.Set(map_.mode, mode);
   DriveReply answer = Order(control_word::kEnableOperation);
   if (!answer) return Unanswered(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
-  dialogue_.Set(map_.mode, mode);
+  const bool handshake = mode == kModeProfilePosition;
+  // What acknowledged the last target, or told the end of homing, must not be taken for an answer to this order.
+  if (handshake) RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), 0, attempted));
   answer = Order(control);
   if (!answer) return Unanswered(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
   homing_ = mode == kModeHoming;
-  if (homing_) return {};
-  if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == 0) {
-    return Fail(attempted, "the drive does not take the target", "check the drive's state and limits");
-  }
+  if (!handshake) return {};
+  RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), status_word::kAcknowledge, attempted));
   // The set-point handshake: our bit back to 0, so that the next one is an edge again.
   answer = Order(static_cast<std::uint16_t>(control & ~control_word::kStart));
   if (!answer) return Unanswered(attempted, answer.error());

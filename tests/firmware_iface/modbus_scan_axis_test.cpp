@@ -276,6 +276,41 @@ TEST(ModbusScanAxis, WaitsForAnAxisThatStartsUp) {
   EXPECT_THAT(position.error().seen, HasSubstr("switch on disabled"));
 }
 
+TEST(ModbusScanAxis, ResetsTheFaultOfADriveThatNeedsACycleForIt) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.reaction = milliseconds(8);
+  sim::AxisDriveModel drive(options, clock);
+  const auto axis = Made(drive, clock);
+  ASSERT_TRUE(axis->Enable());
+  clock.SleepUntil(clock.Now() + milliseconds(500));  // its heartbeat
+  EXPECT_FALSE(axis->Position());
+  ASSERT_EQ(drive.state(), DriveState::kFault);
+  ASSERT_TRUE(axis->Disable());
+  const Status enabled = axis->Enable();
+  EXPECT_TRUE(enabled) << enabled.error().Text();
+  EXPECT_EQ(drive.state(), DriveState::kOperationEnabled);
+}
+
+TEST(ModbusScanAxis, WaitsForAnAcknowledgementThatComesInALaterCycle) {
+  for (const int reaction_ms : {1, 8, 20, 40}) {
+    SCOPED_TRACE(reaction_ms);
+    ManualClock clock;
+    sim::AxisDriveOptions options = HonestDrive();
+    options.reaction = milliseconds(reaction_ms);
+    sim::AxisDriveModel drive(options, clock);
+    const auto axis = Made(drive, clock);
+    ASSERT_TRUE(axis->Enable());
+    HomeEnabled(*axis, clock);
+    const Status moved = axis->MoveTo(Millimetres(1500.0), MillimetresPerSecond(300.0));
+    ASSERT_TRUE(moved) << moved.error().Text();
+    EXPECT_EQ(drive.motion_log().size(), 2U);  // it was homed, and it moves now
+    clock.SleepUntil(clock.Now() + milliseconds(50));
+    AwaitRest(*axis, clock);
+    EXPECT_NEAR(drive.TrueZ(clock.Now()), 1500.0, 0.05);
+  }
+}
+
 TEST(ModbusScanAxis, TellsThatTheHomeSwitchWasNotFound) {
   ManualClock clock;
   sim::AxisDriveOptions options = HonestDrive();
