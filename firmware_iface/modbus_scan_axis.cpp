@@ -128,8 +128,11 @@ DriveReply ModbusScanAxis::Order(std::uint16_t control) {
   // What spoiled the reply may have come before the order has even arrived: it is reported as failed only when the
   // drive's start window is over.
   clock_.SleepUntil(dialogue_.last_sent() + options_.reply_timeout);
-  if (state_ != State::kDisabled) state_ = State::kFault;
-  if (answer.error().fault == ModbusFault::kTimeout) dialogue_.Close();
+  const bool unanswered = answer.error().fault == ModbusFault::kTimeout;
+  if (unanswered) dialogue_.Close();
+  if (state_ == State::kDisabled) return answer;
+  state_ = State::kFault;
+  if (!unanswered) Abandon();
   return answer;
 }
 
@@ -365,7 +368,10 @@ Result<AxisPosition> ModbusScanAxis::ReadingFailed(const ModbusFailure& failure)
 }
 
 Result<AxisPosition> ModbusScanAxis::Position() {
-  const DriveReply answer = dialogue_.Read(status_block_);
+  // In kFault the drive may still be on its way, and each reading would keep its heartbeat alive, also one whose reply
+  // is spoiled. So it goes out with a stop.
+  const DriveReply answer =
+      state_ == State::kFault ? dialogue_.Order(control_word::kQuickStop) : dialogue_.Read(status_block_);
   if (!answer) return ReadingFailed(answer.error());
   failures_ = 0;
   last_ = Read(*answer);

@@ -390,7 +390,13 @@ TEST(ModbusAxisFaults, M7_MotionAfterAFailedOrderIsNoneWhateverTheLineDoes) {
     bench.Pass(milliseconds(static_cast<std::int64_t>(random() % 300)));
     bench.line.Thaw();
     if (random() % 2 == 0) static_cast<void>(bench.axis->QuickStop());
-    bench.Pass(milliseconds(500));
+    // Reading on, whatever comes, must not keep alive what was ordered: as little as silence does.
+    if (random() % 2 == 0) {
+      if (random() % 2 == 0) bench.line.SetPlan({});
+      bench.ReadOn(milliseconds(1000));
+    } else {
+      bench.Pass(milliseconds(500));
+    }
     for (const nanoseconds start : bench.drive.motion_log()) ASSERT_LE(start, reported);
     ASSERT_NEAR(bench.Speed(), 0.0, 0.5);
   }
@@ -433,6 +439,55 @@ TEST(ModbusAxisFaults, M7_AMoveThatTheDriveDoesNotAcknowledgeIsStopped) {
   EXPECT_NEAR(bench.Speed(), 0.0, 0.5);
   bench.ReadOn(std::chrono::seconds(30));
   EXPECT_NEAR(bench.Height(), stood, 0.05);
+}
+
+TEST(ModbusAxisFaults, M7_ReadingOnAfterAnOrderThatFailedDoesNotKeepTheMotionAlive) {
+  std::vector<ModbusFate> fates(3);
+  fates[0].damaged = true;
+  fates[1].exception = 4;
+  fates[2].missing = 3;
+  for (const ModbusFate& fate : fates) {
+    for (const int nth : {1, 2, 3}) {  // of MoveTo: start bit down, start, start bit down
+      SCOPED_TRACE(nth);
+      Bench bench;
+      bench.EnableAndHome();
+      bench.line.SetPlan(OnlyThe(nth, fate));
+      ASSERT_FALSE(bench.axis->MoveTo(Millimetres(500.0), MillimetresPerSecond(300.0)));
+      EXPECT_EQ(bench.axis->state(), ScanAxis::State::kFault);
+      bench.ReadOn(milliseconds(200));
+      EXPECT_NEAR(bench.Speed(), 0.0, 0.5);
+      const double stood = bench.Height();
+      bench.ReadOn(std::chrono::seconds(30));
+      EXPECT_NEAR(bench.Height(), stood, 0.05);
+    }
+  }
+}
+
+TEST(ModbusAxisFaults, M4_ReadingOnWhileNoReplyIsGoodDoesNotKeepTheMotionAlive) {
+  Bench bench;
+  bench.Travel();
+  // The drive hears every request, and we understand nothing of what it says.
+  bench.line.SetPlan([] {
+    ModbusFate fate;
+    fate.damaged = true;
+    return fate;
+  });
+  bench.ReadOn(milliseconds(600));
+  EXPECT_EQ(bench.axis->state(), ScanAxis::State::kFault);
+  EXPECT_NEAR(bench.Speed(), 0.0, 0.5);
+  EXPECT_GT(bench.Height(), 1500.0);
+}
+
+TEST(ModbusAxisFaults, M4_AHaltWhoseReplyIsSpoiledStopsTheAxis) {
+  Bench bench;
+  bench.Travel();
+  ModbusFate refused;
+  refused.exception = 4;
+  bench.line.SetPlan(OnlyThe(0, refused));
+  EXPECT_FALSE(bench.axis->Halt());
+  EXPECT_EQ(bench.drive.state(), DriveState::kQuickStopActive);
+  bench.ReadOn(milliseconds(200));
+  EXPECT_NEAR(bench.Speed(), 0.0, 0.5);
 }
 
 std::size_t OpenFiles() {
