@@ -55,6 +55,10 @@ class Descriptor {
     ::close(fd_);
     fd_ = -1;
   }
+  /// Closes it without a word to the device, which is somebody else's.
+  void Leave() {
+    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+  }
 
  private:
   int fd_ = -1;
@@ -190,23 +194,27 @@ std::string RealName(const std::string& device) {
 }
 
 Opened OpenSerial(const ModbusRtuOptions& options) {
-  // libmodbus opens the port and sets the line; the descriptor is then ours.
-  const Context context = RtuContext(options);
-  if (context == nullptr) return LinkLost("libmodbus takes none of these settings");
-  if (modbus_connect(context.get()) != 0) {
-    const int error = errno;
+  const auto lost = [&options](int error) {
     const std::string what = RealName(options.device) + ": " + modbus_strerror(error);
     if (error == EBUSY) return LinkLost(what + ", another program has it");
     if (error == EINVAL) return LinkLost(what + ", it does not take parity or baud rate (a pseudo-terminal: parity N)");
     return LinkLost(what);
-  }
-  Descriptor descriptor(modbus_get_socket(context.get()));
-  static_cast<void>(modbus_set_socket(context.get(), -1));
-  // The lock belongs to the port, not to the name: two names of one port meet here.
-  if (::flock(descriptor.get(), LOCK_EX | LOCK_NB) != 0) {
+  };
+  Descriptor port(::open(options.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!port.open()) return lost(errno);
+  // The lock belongs to the port, not to the name: two names of one port meet here. Nothing touches the line before we
+  // have it: settings and buffers are the port's, too, and whoever has the lock is talking.
+  if (::flock(port.get(), LOCK_EX | LOCK_NB) != 0) {
+    port.Leave();
     return LinkLost(RealName(options.device) + " is in use already, perhaps under another name");
   }
-  return descriptor;
+  // libmodbus opens the port once more and sets the line; what it has set holds for our descriptor as well.
+  const Context context = RtuContext(options);
+  if (context == nullptr) return LinkLost("libmodbus takes none of these settings");
+  if (modbus_connect(context.get()) != 0) return lost(errno);
+  Descriptor(modbus_get_socket(context.get())).Leave();
+  static_cast<void>(modbus_set_socket(context.get(), -1));
+  return port;
 }
 
 Status CheckRtu(const std::string& attempted, const ModbusRtuOptions& options) {
