@@ -16,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "base/ensure.h"
@@ -103,13 +104,17 @@ Opened Selectable(Descriptor descriptor) {
 class LibmodbusLink final : public ModbusLink {
  public:
   /// `open` opens the port or connection anew.
-  LibmodbusLink(Context context, std::function<Opened()> open) : context_(std::move(context)), open_(std::move(open)) {
+  LibmodbusLink(Context context, std::function<Opened()> open, std::optional<ModbusRtuOptions> serial = std::nullopt)
+      : context_(std::move(context)), open_(std::move(open)), serial_(std::move(serial)) {
     static_cast<void>(modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE));
     // No time-out between bytes: so the time-out of the reply holds for the whole of it (select() counts it down).
     static_cast<void>(modbus_set_byte_timeout(context_.get(), 0, 0));
   }
 
   ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override;
+  [[nodiscard]] nanoseconds WireTime(const ModbusRequest& request) const override {
+    return serial_ ? ModbusRtuWireTime(*serial_, request) : nanoseconds(0);
+  }
   void DiscardInput() override {
     if (descriptor_.open()) static_cast<void>(modbus_flush(context_.get()));
   }
@@ -124,6 +129,7 @@ class LibmodbusLink final : public ModbusLink {
 
   Context context_;
   std::function<Opened()> open_;
+  std::optional<ModbusRtuOptions> serial_;  ///< Nothing: no serial line.
   Descriptor descriptor_;
 };
 
@@ -292,7 +298,8 @@ Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& option
   RETURN_IF_ERROR(CheckRtu(attempted, options));
   Context context = RtuContext(options);
   if (context == nullptr) return Fail(attempted, std::strerror(errno), "correct [axis] in the configuration");
-  auto link = std::make_unique<LibmodbusLink>(std::move(context), [options] { return OpenSerial(options); });
+  auto link = std::make_unique<LibmodbusLink>(
+      std::move(context), [options] { return OpenSerial(options); }, options);
   if (const auto opened = link->Reopen(); !opened) {
     return Fail(attempted, opened.error().detail,
                 "check the adapter and its name under " + std::string(kSerialFolder) +

@@ -17,6 +17,7 @@ constexpr nanoseconds kStateDeadline = std::chrono::seconds(1);  ///< For one st
 constexpr nanoseconds kQuickStopDeadline = std::chrono::milliseconds(500);
 /// For the drive's acknowledgement of a target: it comes in the drive's next cycle, not in the reply to the order.
 constexpr nanoseconds kAcknowledgeDeadline = std::chrono::milliseconds(50);
+constexpr nanoseconds kDriveTime = std::chrono::milliseconds(5);  ///< What a drive needs from request to reply.
 constexpr nanoseconds kPollPause = std::chrono::milliseconds(5);
 constexpr nanoseconds kFirstPause = std::chrono::milliseconds(50);  ///< Between attempts to open a lost link.
 constexpr nanoseconds kLongestPause = std::chrono::seconds(2);
@@ -58,6 +59,8 @@ class ModbusScanAxis final : public ScanAxis {
         clock_(clock),
         options_(options) {}
 
+  /// Refuses a line that is too slow for the time that a reply has.
+  [[nodiscard]] Status CheckLine() const;
   Status Identify();
 
   [[nodiscard]] State state() const override { return state_; }
@@ -144,6 +147,17 @@ DriveReply ModbusScanAxis::StopOrder(std::uint16_t control) {
   }
   if (!answer) dialogue_.Close();
   return answer;
+}
+
+Status ModbusScanAxis::CheckLine() const {
+  using Milliseconds = std::chrono::duration<double, std::milli>;
+  const nanoseconds needed = dialogue_.LongestWireTime() + kDriveTime;
+  if (needed <= options_.reply_timeout) return {};
+  return Fail("speak with the axis drive",
+              "on this line a transaction takes " + std::to_string(std::lround(Milliseconds(needed).count())) +
+                  " ms, more than the " + std::to_string(std::lround(Milliseconds(options_.reply_timeout).count())) +
+                  " ms in which a drive must answer",
+              "set a higher baud rate in the drive and as [axis] baud (38400 or more for the default register map)");
 }
 
 Status ModbusScanAxis::Identify() {
@@ -461,6 +475,7 @@ Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const Axi
                                                      ModbusAxisOptions options) {
   RETURN_IF_ERROR(CheckRegisterMap(map));
   auto axis = std::make_unique<ModbusScanAxis>(link, map, clock, options);
+  RETURN_IF_ERROR(axis->CheckLine());
   RETURN_IF_ERROR(axis->Identify());
   return axis;
 }

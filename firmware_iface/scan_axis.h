@@ -107,9 +107,9 @@ struct ModbusAxisOptions {
 };
 
 /// Identifies the drive and reads its limits; orders nothing. `link` and `clock` are borrowed and must live longer.
-/// Fails if the map makes no sense, if the drive does not answer or does not echo, speaks another protocol version,
-/// would go on for longer than kHeartbeat without us, or would obey an order later than `reply_timeout` after it was
-/// sent.
+/// Fails if the map makes no sense, if the line is so slow that no reply can be there in `reply_timeout`, if the drive
+/// does not answer or does not echo, speaks another protocol version, would go on for longer than kHeartbeat without
+/// us, or would obey an order later than `reply_timeout` after it was sent.
 Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock,
                                                      ModbusAxisOptions options = {});
 

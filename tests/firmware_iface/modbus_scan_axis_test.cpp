@@ -311,6 +311,43 @@ TEST(ModbusScanAxis, WaitsForAnAcknowledgementThatComesInALaterCycle) {
   }
 }
 
+/// A drive behind a serial line of some baud rate.
+class SlowLine final : public ModbusLink {
+ public:
+  SlowLine(ModbusLink& drive, int baud) : drive_(drive) { options_.baud = baud; }
+  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+    return drive_.Transact(request, timeout);
+  }
+  [[nodiscard]] nanoseconds WireTime(const ModbusRequest& request) const override {
+    return ModbusRtuWireTime(options_, request);
+  }
+  void DiscardInput() override { drive_.DiscardInput(); }
+  void Close() override { drive_.Close(); }
+  tl::expected<void, ModbusFailure> Reopen() override { return drive_.Reopen(); }
+
+ private:
+  ModbusLink& drive_;
+  ModbusRtuOptions options_;
+};
+
+TEST(ModbusScanAxis, RefusesABaudRateAtWhichNoReplyCanBeInTime) {
+  // The identity: 15 bytes there and 53 back, of 11 bits each.
+  const ModbusRequest identity{ModbusFunction::kWriteReadRegisters, 0, {1}, 0x0100, 24};
+  EXPECT_EQ(ModbusRtuWireTime({"", 19'200, 'E', 1}, identity), nanoseconds(68LL * 11 * 1'000'000'000 / 19'200));
+  EXPECT_EQ(ModbusRtuWireTime({"", 1'200, 'N', 1}, {ModbusFunction::kReadRegisters, 0, {}, 0, 2}),
+            nanoseconds((8LL + 9) * 10 * 1'000'000'000 / 1'200));
+  for (const int baud : {1'200, 9'600, 19'200, 38'400, 57'600, 115'200}) {
+    ManualClock clock;
+    sim::AxisDriveModel drive(HonestDrive(), clock);
+    SlowLine line(drive, baud);
+    const auto axis = MakeModbusScanAxis(line, {}, clock);
+    EXPECT_EQ(axis.has_value(), baud >= 38'400) << baud;
+    if (axis) continue;
+    EXPECT_THAT(axis.error().seen, HasSubstr("on this line a transaction takes"));
+    EXPECT_THAT(axis.error().advice, HasSubstr("baud"));
+  }
+}
+
 TEST(ModbusScanAxis, TellsThatTheHomeSwitchWasNotFound) {
   ManualClock clock;
   sim::AxisDriveOptions options = HonestDrive();
