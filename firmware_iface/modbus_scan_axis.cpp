@@ -28,6 +28,8 @@ constexpr int kSilentReadings = 1;
 constexpr int kBusyReadings = 3;
 /// Between two readings, of a drive that does not tell whether it moves.
 constexpr double kStandstillMm = 0.02;
+/// So long the position of such a drive must stay within that: it may refresh the register only now and then.
+constexpr nanoseconds kStandstillTime = std::chrono::milliseconds(50);
 
 const char* StateText(ScanAxis::State state) {
   switch (state) {
@@ -114,6 +116,7 @@ class ModbusScanAxis final : public ScanAxis {
   int failures_ = 0;                 ///< Readings in a row without a good reply.
   bool homing_due_ = false;          ///< The link was lost: the drive's own "homed" does not count any more.
   bool homing_ = false;              ///< The last motion ordered was a homing run.
+  bool home_sought_ = false;         ///< Of a drive without flags: the homing run is, or was, on its way.
   bool home_seen_ = false;           ///< Of a drive without flags: the homing run ended well.
   std::uint64_t drive_time_us_ = 0;  ///< Unwrapped.
 };
@@ -295,7 +298,7 @@ Status ModbusScanAxis::StartHoming() {
   RETURN_IF_ERROR(Gate("home the axis", State::kEnabled));
   RETURN_IF_ERROR(CheckParameters());
   last_.homed = false;
-  home_seen_ = false;
+  home_sought_ = home_seen_ = false;
   RETURN_IF_ERROR(StartMotion(kModeHoming, control_word::kEnableOperation | control_word::kStart, "home the axis"));
   homing_due_ = false;
   return {};
@@ -349,7 +352,10 @@ void ModbusScanAxis::ReadFlags(const DriveAnswer& answer, AxisPosition& position
     return;
   }
   // CiA 402, homing mode: bits 10 and 12 together mean that the run ended well.
-  if (homing_ && position.target_reached && (word & status_word::kAcknowledge) != 0) home_seen_ = true;
+  const bool attained = position.target_reached && (word & status_word::kAcknowledge) != 0;
+  // Both may be left over from a run before: only when they have been away does it count that they are there.
+  if (homing_ && !attained) home_sought_ = true;
+  if (homing_ && attained && home_sought_) home_seen_ = true;
   position.homed = home_seen_ && !homing_due_;
   const bool carried = std::abs(position.z.value() - last_.z.value()) > kStandstillMm;
   position.moving = carried || (state_ == State::kEnabled && !position.target_reached);
@@ -399,11 +405,14 @@ Result<AxisPosition> ModbusScanAxis::Position() {
 
 Status ModbusScanAxis::AwaitStandstill() {
   const nanoseconds deadline = clock_.Now() + kQuickStopDeadline;
+  nanoseconds moved = clock_.Now();
+  const nanoseconds rest = map_.flags == kNoRegister ? kStandstillTime : nanoseconds(0);
   while (true) {
     const DriveReply answer = dialogue_.Read(status_block_);
     if (answer) {
       last_ = Read(*answer);
-      if (!last_.moving) return {};
+      if (last_.moving) moved = clock_.Now();
+      if (!last_.moving && clock_.Now() - moved >= rest) return {};
     }
     if (clock_.Now() >= deadline) {
       return Fail("stop the axis", answer ? "it still moves" : ModbusFailureText(answer.error()),

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "firmware_iface/scan_axis.h"
@@ -246,6 +247,78 @@ TEST(ModbusScanAxis, MovesADriveOfAnotherScaleAndWordOrder) {
   EXPECT_NEAR(drive.TrueZ(clock.Now()), 1500.5, 0.03);
   EXPECT_EQ(position.time.device_time, position.host_time());
   EXPECT_TRUE((*axis)->QuickStop());
+}
+
+TEST(ModbusScanAxis, DoesNotTakeAnEarlierHomingForTheOneThatBegins) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.reaction = milliseconds(20);
+  sim::AxisDriveModel drive(options, clock);
+  AxisRegisterMap map;
+  map.flags = kNoRegister;
+  auto axis = MakeModbusScanAxis(drive, map, clock);
+  ASSERT_TRUE(axis) << axis.error().Text();
+  ASSERT_TRUE((*axis)->Enable());
+  for (int run = 0; run < 2; ++run) {
+    ASSERT_TRUE((*axis)->StartHoming());
+    bool homed = false;
+    for (int i = 0; i < 6000 && !homed; ++i) {
+      clock.SleepUntil(clock.Now() + milliseconds(5));
+      const auto position = (*axis)->Position();
+      ASSERT_TRUE(position);
+      homed = position->homed;
+      // Once it moves, the drive itself is not homed until it has found the switch.
+      EXPECT_TRUE(!homed || drive.motion_log().size() == static_cast<std::size_t>(run) + 1);
+      EXPECT_TRUE(!homed || drive.homed());
+    }
+    EXPECT_TRUE(homed);
+  }
+}
+
+/// A drive that refreshes its position register only every 25 ms.
+class HeldPosition final : public ModbusLink {
+ public:
+  HeldPosition(ModbusLink& drive, Clock& clock) : drive_(drive), clock_(clock) {}
+  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+    ModbusReply reply = drive_.Transact(request, timeout);
+    if (!reply || request.read_address != 0x0100 || request.read_count > 8) return reply;
+    if (held_.empty() || clock_.Now() >= refreshed_ + milliseconds(25)) {
+      held_ = {(*reply)[3], (*reply)[4]};
+      refreshed_ = clock_.Now();
+    }
+    std::copy(held_.begin(), held_.end(), reply->begin() + 3);
+    return reply;
+  }
+  void DiscardInput() override { drive_.DiscardInput(); }
+  void Close() override { drive_.Close(); }
+  tl::expected<void, ModbusFailure> Reopen() override { return drive_.Reopen(); }
+
+ private:
+  ModbusLink& drive_;
+  Clock& clock_;
+  std::vector<std::uint16_t> held_;
+  nanoseconds refreshed_{0};
+};
+
+TEST(ModbusScanAxis, DoesNotTakeAnOldPositionForStandstill) {
+  ManualClock clock;
+  sim::AxisDriveModel drive(HonestDrive(), clock);
+  HeldPosition line(drive, clock);
+  AxisRegisterMap map;
+  map.flags = kNoRegister;
+  auto axis = MakeModbusScanAxis(line, map, clock);
+  ASSERT_TRUE(axis) << axis.error().Text();
+  ASSERT_TRUE((*axis)->Enable());
+  HomeEnabled(**axis, clock);
+  ASSERT_TRUE((*axis)->MoveTo(Millimetres(500.0), MillimetresPerSecond(300.0)));
+  for (int i = 0; i < 200; ++i) {
+    clock.SleepUntil(clock.Now() + milliseconds(5));
+    ASSERT_TRUE((*axis)->Position());
+  }
+  ASSERT_NEAR(drive.TrueSpeed(clock.Now()), -300.0, 1.0);
+  const Status stopped = (*axis)->QuickStop();
+  EXPECT_TRUE(stopped) << stopped.error().Text();
+  EXPECT_NEAR(drive.TrueSpeed(clock.Now()), 0.0, 0.5);
 }
 
 TEST(ModbusScanAxis, RefusesADriveThatDoesNotEcho) {
