@@ -106,6 +106,15 @@ DriveReply DriveDialogue::Order(std::uint16_t control) {
   return Exchange(command_block_.address, command_, status_block_);
 }
 
+nanoseconds DriveDialogue::LongestWireTime() const {
+  const auto wire_time = [this](AxisRegisterMap::Block write, AxisRegisterMap::Block read) {
+    return link_.WireTime({ModbusFunction::kWriteReadRegisters, write.address,
+                           std::vector<std::uint16_t>(write.count, 0), read.address, read.count});
+  };
+  const AxisRegisterMap::Block counter{map_.counter, map_.counter_registers};
+  return std::max(wire_time(command_block_, status_block_), wire_time(counter, map_.IdentityBlock()));
+}
+
 void DriveDialogue::Set(std::uint16_t address, std::uint16_t value) {
   command_.at(address - command_block_.address) = value;
 }

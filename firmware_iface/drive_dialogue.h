@@ -55,6 +55,9 @@ class DriveDialogue {
   /// Writes the command block with this control word and reads the status block. One transaction, never repeated.
   DriveReply Order(std::uint16_t control);
 
+  /// How long the longest of these transactions takes on the line.
+  [[nodiscard]] std::chrono::nanoseconds LongestWireTime() const;
+
   /// When the last request was sent.
   [[nodiscard]] std::chrono::nanoseconds last_sent() const { return last_sent_; }
 

@@ -16,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "base/ensure.h"
@@ -54,6 +55,10 @@ class Descriptor {
     static_cast<void>(::tcflush(fd_, TCIOFLUSH));
     ::close(fd_);
     fd_ = -1;
+  }
+  /// Closes it without a word to the device, which is somebody else's.
+  void Leave() {
+    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
   }
 
  private:
@@ -99,13 +104,17 @@ Opened Selectable(Descriptor descriptor) {
 class LibmodbusLink final : public ModbusLink {
  public:
   /// `open` opens the port or connection anew.
-  LibmodbusLink(Context context, std::function<Opened()> open) : context_(std::move(context)), open_(std::move(open)) {
+  LibmodbusLink(Context context, std::function<Opened()> open, std::optional<ModbusRtuOptions> serial = std::nullopt)
+      : context_(std::move(context)), open_(std::move(open)), serial_(std::move(serial)) {
     static_cast<void>(modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE));
     // No time-out between bytes: so the time-out of the reply holds for the whole of it (select() counts it down).
     static_cast<void>(modbus_set_byte_timeout(context_.get(), 0, 0));
   }
 
   ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override;
+  [[nodiscard]] nanoseconds WireTime(const ModbusRequest& request) const override {
+    return serial_ ? ModbusRtuWireTime(*serial_, request) : nanoseconds(0);
+  }
   void DiscardInput() override {
     if (descriptor_.open()) static_cast<void>(modbus_flush(context_.get()));
   }
@@ -120,6 +129,7 @@ class LibmodbusLink final : public ModbusLink {
 
   Context context_;
   std::function<Opened()> open_;
+  std::optional<ModbusRtuOptions> serial_;  ///< Nothing: no serial line.
   Descriptor descriptor_;
 };
 
@@ -190,23 +200,27 @@ std::string RealName(const std::string& device) {
 }
 
 Opened OpenSerial(const ModbusRtuOptions& options) {
-  // libmodbus opens the port and sets the line; the descriptor is then ours.
-  const Context context = RtuContext(options);
-  if (context == nullptr) return LinkLost("libmodbus takes none of these settings");
-  if (modbus_connect(context.get()) != 0) {
-    const int error = errno;
+  const auto lost = [&options](int error) {
     const std::string what = RealName(options.device) + ": " + modbus_strerror(error);
     if (error == EBUSY) return LinkLost(what + ", another program has it");
     if (error == EINVAL) return LinkLost(what + ", it does not take parity or baud rate (a pseudo-terminal: parity N)");
     return LinkLost(what);
-  }
-  Descriptor descriptor(modbus_get_socket(context.get()));
-  static_cast<void>(modbus_set_socket(context.get(), -1));
-  // The lock belongs to the port, not to the name: two names of one port meet here.
-  if (::flock(descriptor.get(), LOCK_EX | LOCK_NB) != 0) {
+  };
+  Descriptor port(::open(options.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!port.open()) return lost(errno);
+  // The lock belongs to the port, not to the name: two names of one port meet here. Nothing touches the line before we
+  // have it: settings and buffers are the port's, too, and whoever has the lock is talking.
+  if (::flock(port.get(), LOCK_EX | LOCK_NB) != 0) {
+    port.Leave();
     return LinkLost(RealName(options.device) + " is in use already, perhaps under another name");
   }
-  return descriptor;
+  // libmodbus opens the port once more and sets the line; what it has set holds for our descriptor as well.
+  const Context context = RtuContext(options);
+  if (context == nullptr) return LinkLost("libmodbus takes none of these settings");
+  if (modbus_connect(context.get()) != 0) return lost(errno);
+  Descriptor(modbus_get_socket(context.get())).Leave();
+  static_cast<void>(modbus_set_socket(context.get(), -1));
+  return port;
 }
 
 Status CheckRtu(const std::string& attempted, const ModbusRtuOptions& options) {
@@ -284,7 +298,8 @@ Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& option
   RETURN_IF_ERROR(CheckRtu(attempted, options));
   Context context = RtuContext(options);
   if (context == nullptr) return Fail(attempted, std::strerror(errno), "correct [axis] in the configuration");
-  auto link = std::make_unique<LibmodbusLink>(std::move(context), [options] { return OpenSerial(options); });
+  auto link = std::make_unique<LibmodbusLink>(
+      std::move(context), [options] { return OpenSerial(options); }, options);
   if (const auto opened = link->Reopen(); !opened) {
     return Fail(attempted, opened.error().detail,
                 "check the adapter and its name under " + std::string(kSerialFolder) +

@@ -59,6 +59,8 @@ class ModbusLink {
   /// Sends one request and waits for its whole reply, at most `timeout`, however the bytes trickle in. Never repeats a
   /// request by itself.
   virtual ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) = 0;
+  /// How long request and reply take on the line, without the device's own time; 0 where that is no matter.
+  [[nodiscard]] virtual std::chrono::nanoseconds WireTime(const ModbusRequest& /*request*/) const { return {}; }
   /// Throws away whatever has arrived unasked. Used after the quiet time that follows an error.
   virtual void DiscardInput() = 0;
   /// Closes the port or connection at once (TCP: by reset, so that nothing queued is delivered). From now on, and after
@@ -87,6 +89,8 @@ struct ModbusTcpOptions {
 /// answer.
 Result<std::unique_ptr<ModbusLink>> OpenModbusRtu(const ModbusRtuOptions& options, Clock& clock);
 Result<std::unique_ptr<ModbusLink>> OpenModbusTcp(const ModbusTcpOptions& options, Clock& clock);
+/// How long a transaction's request and reply take on a serial line of this baud rate, parity and stop bits.
+[[nodiscard]] std::chrono::nanoseconds ModbusRtuWireTime(const ModbusRtuOptions& options, const ModbusRequest& request);
 /// How requests are framed: as on Modbus TCP, or as on a serial line.
 enum class ModbusFraming { kTcp, kRtu };
 /// Speaks Modbus over a descriptor that is connected already, and owns it from now on. Reopen fails. For peers without

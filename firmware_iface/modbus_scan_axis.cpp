@@ -15,6 +15,9 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStateDeadline = std::chrono::seconds(1);  ///< For one step of the power state machine.
 constexpr nanoseconds kQuickStopDeadline = std::chrono::milliseconds(500);
+/// For the drive's acknowledgement of a target: it comes in the drive's next cycle, not in the reply to the order.
+constexpr nanoseconds kAcknowledgeDeadline = std::chrono::milliseconds(50);
+constexpr nanoseconds kDriveTime = std::chrono::milliseconds(5);  ///< What a drive needs from request to reply.
 constexpr nanoseconds kPollPause = std::chrono::milliseconds(5);
 constexpr nanoseconds kFirstPause = std::chrono::milliseconds(50);  ///< Between attempts to open a lost link.
 constexpr nanoseconds kLongestPause = std::chrono::seconds(2);
@@ -25,6 +28,8 @@ constexpr int kSilentReadings = 1;
 constexpr int kBusyReadings = 3;
 /// Between two readings, of a drive that does not tell whether it moves.
 constexpr double kStandstillMm = 0.02;
+/// So long the position of such a drive must stay within that: it may refresh the register only now and then.
+constexpr nanoseconds kStandstillTime = std::chrono::milliseconds(50);
 
 const char* StateText(ScanAxis::State state) {
   switch (state) {
@@ -56,6 +61,8 @@ class ModbusScanAxis final : public ScanAxis {
         clock_(clock),
         options_(options) {}
 
+  /// Refuses a line that is too slow for the time that a reply has.
+  [[nodiscard]] Status CheckLine() const;
   Status Identify();
 
   [[nodiscard]] State state() const override { return state_; }
@@ -78,6 +85,10 @@ class ModbusScanAxis final : public ScanAxis {
   Status CheckParameters();
   Status GoTo(DriveState wanted, std::uint16_t control);
   Status ResetFault();
+  /// After an order that failed or was not taken: the drive stops, or hears nothing more and stops by its heartbeat.
+  void Abandon();
+  /// Reads until the acknowledge bit is as wanted; if that takes too long, the axis is stopped.
+  Status AwaitAcknowledge(DriveReply answer, std::uint16_t wanted, const char* attempted);
   Status StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted);
   Status CheckMove(Millimetres z, MillimetresPerSecond speed) const;
   Status AwaitStandstill();
@@ -105,6 +116,7 @@ class ModbusScanAxis final : public ScanAxis {
   int failures_ = 0;                 ///< Readings in a row without a good reply.
   bool homing_due_ = false;          ///< The link was lost: the drive's own "homed" does not count any more.
   bool homing_ = false;              ///< The last motion ordered was a homing run.
+  bool home_sought_ = false;         ///< Of a drive without flags: the homing run is, or was, on its way.
   bool home_seen_ = false;           ///< Of a drive without flags: the homing run ended well.
   std::uint64_t drive_time_us_ = 0;  ///< Unwrapped.
 };
@@ -122,8 +134,11 @@ DriveReply ModbusScanAxis::Order(std::uint16_t control) {
   // What spoiled the reply may have come before the order has even arrived: it is reported as failed only when the
   // drive's start window is over.
   clock_.SleepUntil(dialogue_.last_sent() + options_.reply_timeout);
-  if (state_ != State::kDisabled) state_ = State::kFault;
-  if (answer.error().fault == ModbusFault::kTimeout) dialogue_.Close();
+  const bool unanswered = answer.error().fault == ModbusFault::kTimeout;
+  if (unanswered) dialogue_.Close();
+  if (state_ == State::kDisabled) return answer;
+  state_ = State::kFault;
+  if (!unanswered) Abandon();
   return answer;
 }
 
@@ -135,6 +150,17 @@ DriveReply ModbusScanAxis::StopOrder(std::uint16_t control) {
   }
   if (!answer) dialogue_.Close();
   return answer;
+}
+
+Status ModbusScanAxis::CheckLine() const {
+  using Milliseconds = std::chrono::duration<double, std::milli>;
+  const nanoseconds needed = dialogue_.LongestWireTime() + kDriveTime;
+  if (needed <= options_.reply_timeout) return {};
+  return Fail("speak with the axis drive",
+              "on this line a transaction takes " + std::to_string(std::lround(Milliseconds(needed).count())) +
+                  " ms, more than the " + std::to_string(std::lround(Milliseconds(options_.reply_timeout).count())) +
+                  " ms in which a drive must answer",
+              "set a higher baud rate in the drive and as [axis] baud (38400 or more for the default register map)");
 }
 
 Status ModbusScanAxis::Identify() {
@@ -174,11 +200,13 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
   const std::string attempted = std::string("bring the axis drive to '") + DriveStateText(wanted) + "'";
   DriveReply answer = Order(control);
   const nanoseconds deadline = clock_.Now() + kStateDeadline;
+  // A drive that is told to reset its fault still reports it until its next cycle.
+  const bool resets = control == control_word::kFaultReset;
   while (true) {
     if (!answer) return Unanswered(attempted, answer.error());
     const DriveState drive = StateOf(*answer);
     if (drive == wanted) return {};
-    if (drive == DriveState::kFault || clock_.Now() >= deadline) {
+    if ((drive == DriveState::kFault && !resets) || clock_.Now() >= deadline) {
       return Fail(attempted,
                   drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
                                               : "it stays in " + DriveText(*answer),
@@ -220,20 +248,46 @@ Status ModbusScanAxis::Enable() {
   return {};
 }
 
+void ModbusScanAxis::Abandon() {
+  if (state_ != State::kDisabled) state_ = State::kFault;
+  static_cast<void>(StopOrder(control_word::kQuickStop));
+}
+
+Status ModbusScanAxis::AwaitAcknowledge(DriveReply answer, std::uint16_t wanted, const char* attempted) {
+  const nanoseconds deadline = clock_.Now() + kAcknowledgeDeadline;
+  while (true) {
+    if (!answer) {
+      Abandon();
+      return Unanswered(attempted, answer.error());
+    }
+    RETURN_IF_ERROR(CheckDrive(*answer));
+    if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == wanted) return {};
+    if (clock_.Now() >= deadline) break;
+    clock_.SleepUntil(clock_.Now() + kPollPause);
+    answer = dialogue_.ReadAgain(status_block_);
+  }
+  Abandon();
+  return Fail(attempted,
+              wanted != 0 ? "the drive does not take the target" : "the drive still acknowledges an earlier target",
+              "check the drive's state and limits, then disable the axis and enable it again");
+}
+
 Status ModbusScanAxis::StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted) {
-  // The start bit down first: the drive wants to see it rise, and within its start window after a transaction.
+  // The start bit down first: the drive wants to see it rise, and within its start window after a transaction. The mode
+  // goes with it: a drive may need a cycle to change it.
+  dialogue_.Set(map_.mode, mode);
   DriveReply answer = Order(control_word::kEnableOperation);
   if (!answer) return Unanswered(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
-  dialogue_.Set(map_.mode, mode);
+  const bool handshake = mode == kModeProfilePosition;
+  // What acknowledged the last target, or told the end of homing, must not be taken for an answer to this order.
+  if (handshake) RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), 0, attempted));
   answer = Order(control);
   if (!answer) return Unanswered(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
   homing_ = mode == kModeHoming;
-  if (homing_) return {};
-  if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == 0) {
-    return Fail(attempted, "the drive does not take the target", "check the drive's state and limits");
-  }
+  if (!handshake) return {};
+  RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), status_word::kAcknowledge, attempted));
   // The set-point handshake: our bit back to 0, so that the next one is an edge again.
   answer = Order(static_cast<std::uint16_t>(control & ~control_word::kStart));
   if (!answer) return Unanswered(attempted, answer.error());
@@ -244,7 +298,7 @@ Status ModbusScanAxis::StartHoming() {
   RETURN_IF_ERROR(Gate("home the axis", State::kEnabled));
   RETURN_IF_ERROR(CheckParameters());
   last_.homed = false;
-  home_seen_ = false;
+  home_sought_ = home_seen_ = false;
   RETURN_IF_ERROR(StartMotion(kModeHoming, control_word::kEnableOperation | control_word::kStart, "home the axis"));
   homing_due_ = false;
   return {};
@@ -303,7 +357,10 @@ void ModbusScanAxis::ReadFlags(const DriveAnswer& answer, AxisPosition& position
     return;
   }
   // CiA 402, homing mode: bits 10 and 12 together mean that the run ended well.
-  if (homing_ && position.target_reached && (word & status_word::kAcknowledge) != 0) home_seen_ = true;
+  const bool attained = position.target_reached && (word & status_word::kAcknowledge) != 0;
+  // Both may be left over from a run before: only when they have been away does it count that they are there.
+  if (homing_ && !attained) home_sought_ = true;
+  if (homing_ && attained && home_sought_) home_seen_ = true;
   position.homed = home_seen_ && !homing_due_;
   const bool carried = std::abs(position.z.value() - last_.z.value()) > kStandstillMm;
   position.moving = carried || (state_ == State::kEnabled && !position.target_reached);
@@ -336,7 +393,10 @@ Result<AxisPosition> ModbusScanAxis::ReadingFailed(const ModbusFailure& failure)
 }
 
 Result<AxisPosition> ModbusScanAxis::Position() {
-  const DriveReply answer = dialogue_.Read(status_block_);
+  // In kFault the drive may still be on its way, and each reading would keep its heartbeat alive, also one whose reply
+  // is spoiled. So it goes out with a stop.
+  const DriveReply answer =
+      state_ == State::kFault ? dialogue_.Order(control_word::kQuickStop) : dialogue_.Read(status_block_);
   if (!answer) return ReadingFailed(answer.error());
   failures_ = 0;
   last_ = Read(*answer);
@@ -350,11 +410,14 @@ Result<AxisPosition> ModbusScanAxis::Position() {
 
 Status ModbusScanAxis::AwaitStandstill() {
   const nanoseconds deadline = clock_.Now() + kQuickStopDeadline;
+  nanoseconds moved = clock_.Now();
+  const nanoseconds rest = map_.flags == kNoRegister ? kStandstillTime : nanoseconds(0);
   while (true) {
     const DriveReply answer = dialogue_.Read(status_block_);
     if (answer) {
       last_ = Read(*answer);
-      if (!last_.moving) return {};
+      if (last_.moving) moved = clock_.Now();
+      if (!last_.moving && clock_.Now() - moved >= rest) return {};
     }
     if (clock_.Now() >= deadline) {
       return Fail("stop the axis", answer ? "it still moves" : ModbusFailureText(answer.error()),
@@ -426,6 +489,7 @@ Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const Axi
                                                      ModbusAxisOptions options) {
   RETURN_IF_ERROR(CheckRegisterMap(map));
   auto axis = std::make_unique<ModbusScanAxis>(link, map, clock, options);
+  RETURN_IF_ERROR(axis->CheckLine());
   RETURN_IF_ERROR(axis->Identify());
   return axis;
 }

@@ -61,10 +61,13 @@ struct AxisPosition {
 /// An order that is not answered closes the link (TCP: by reset): nothing is written any more, so that a peer that
 /// wakes up later finds no more than that one order, too late for its start window. QuickStop and Disable then fail at
 /// once and say so; the drive stops by its heartbeat, the interlock's quick-stop line at once. Only Reopen leads on.
+/// After an order that fails otherwise (a damaged reply, an exception, no acknowledgement) the drive is quick-stopped
+/// before the call returns; if that fails, too, the link is closed. In kFault each Position is a quick stop as well:
+/// reading on never keeps a motion alive.
 ///
 /// No call waits without end. Where q is quiet_time and r reply_timeout of ModbusAxisOptions, the longest are: Position
-/// and Halt q + r, StartHoming and MoveTo 6 (q + r), Enable and Disable 5 s, QuickStop 3 (q + r) + 500 ms. A stop that
-/// must not wait for a link is the interlock's.
+/// q + r, Halt 4 (q + r), StartHoming 8 (q + r), MoveTo 12 (q + r) + 100 ms, Enable and Disable 5 s, QuickStop
+/// 3 (q + r) + 500 ms. A stop that must not wait for a link is the interlock's.
 class ScanAxis {
  public:
   enum class State { kDisabled, kEnabled, kStopped, kFault };
@@ -106,9 +109,9 @@ struct ModbusAxisOptions {
 };
 
 /// Identifies the drive and reads its limits; orders nothing. `link` and `clock` are borrowed and must live longer.
-/// Fails if the map makes no sense, if the drive does not answer or does not echo, speaks another protocol version,
-/// would go on for longer than kHeartbeat without us, or would obey an order later than `reply_timeout` after it was
-/// sent.
+/// Fails if the map makes no sense, if the line is so slow that no reply can be there in `reply_timeout`, if the drive
+/// does not answer or does not echo, speaks another protocol version, would go on for longer than kHeartbeat without
+/// us, or would obey an order later than `reply_timeout` after it was sent.
 Result<std::unique_ptr<ScanAxis>> MakeModbusScanAxis(ModbusLink& link, const AxisRegisterMap& map, Clock& clock,
                                                      ModbusAxisOptions options = {});
 

@@ -87,6 +87,7 @@ AxisDriveModel::AxisDriveModel(AxisDriveOptions options, Clock& clock)
       ready_at_(clock.Now() + options.boot_time),
       last_count_(clock.Now()),
       supervised_(clock.Now()) {
+  obeyed_.command = command_;
   if (options_.boot_time.count() == 0) state_ = DriveState::kSwitchOnDisabled;
 }
 
@@ -95,6 +96,8 @@ void AxisDriveModel::PowerCycle() {
   Advance(now);
   motion_.Stop(now, options_.quick_stop_mm_s2);
   std::fill(command_.begin(), command_.end(), std::uint16_t{0});
+  pending_.clear();
+  obeyed_.command = command_;
   previous_control_ = 0;
   state_ = DriveState::kNotReady;
   ready_at_ = now + options_.boot_time;
@@ -106,7 +109,7 @@ void AxisDriveModel::PowerCycle() {
   if (wiring_ != nullptr) wiring_->DriveChanged();
 }
 
-nanoseconds AxisDriveModel::WireTime() {
+nanoseconds AxisDriveModel::TripTime() {
   // Exponential, by inversion: the same on every standard library.
   const double extra = -std::log1p(-UnitFromBits(engine_()));
   return options_.wire_delay + nanoseconds(std::llround(extra * static_cast<double>(options_.wire_jitter.count())));
@@ -134,8 +137,8 @@ double AxisDriveModel::TrueSpeed(nanoseconds time) {
 ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds timeout) {
   if (closed_) return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kLinkLost, 0, "it is closed"});
   const nanoseconds sent = clock_.Now();
-  const nanoseconds arrival = sent + WireTime();
-  const nanoseconds replied = arrival + WireTime();
+  const nanoseconds arrival = sent + TripTime();
+  const nanoseconds replied = arrival + TripTime();
   // What happens on the wires until then comes first.
   if (wiring_ != nullptr) clock_.SleepUntil(std::min(arrival, sent + timeout));
   ModbusReply reply = Carry(request, arrival);
@@ -187,8 +190,9 @@ ModbusReply AxisDriveModel::WriteBlock(const ModbusRequest& request, nanoseconds
   if (request.write_address != map_.counter || count > 1) {
     write_log_.push_back({time, request.write_address, request.values});
   }
-  ObeyControlWord(time);
+  pending_.push_back({time + options_.reaction, command_, time - last_count_});
   if (counted) last_count_ = time;
+  ObeyDue(time);
   return std::vector<std::uint16_t>{};
 }
 
@@ -234,7 +238,7 @@ ModbusReply AxisDriveModel::WriteParameters(const ModbusRequest& request) {
 std::uint16_t AxisDriveModel::StatusWord(nanoseconds time) const {
   std::uint16_t word = StatusBitsOf(state_);
   if (!inputs_.torque()) word = static_cast<std::uint16_t>(word & ~kVoltageEnabled);
-  const bool homing_mode = command_[map_.mode] == kModeHoming;
+  const bool homing_mode = obeyed_.command[map_.mode] == kModeHoming;
   if (time >= motion_.rest_time() && !homing_) word |= status_word::kTargetReached;
   if (homing_mode ? homed_ && !homing_ : acknowledged_) word |= status_word::kAcknowledge;
   if (homing_mode ? homing_error_ : fault_code_ == kFollowingFault) word |= status_word::kModeError;
@@ -274,6 +278,15 @@ void AxisDriveModel::Advance(nanoseconds time) {
 }
 
 void AxisDriveModel::AdvanceAlone(nanoseconds time) {
+  while (!pending_.empty() && pending_.front().due <= time) {
+    const nanoseconds due = pending_.front().due;
+    PassUntil(due);
+    ObeyDue(due);
+  }
+  PassUntil(time);
+}
+
+void AxisDriveModel::PassUntil(nanoseconds time) {
   if (time <= supervised_) return;
   if (state_ == DriveState::kNotReady && time >= ready_at_) state_ = DriveState::kSwitchOnDisabled;
   if (homing_ && time >= homing_->end) FinishHoming();
@@ -302,8 +315,16 @@ void AxisDriveModel::RaiseFault(std::uint16_t code, nanoseconds time) {
   motion_.Stop(time, options_.quick_stop_mm_s2);
 }
 
+void AxisDriveModel::ObeyDue(nanoseconds time) {
+  while (!pending_.empty() && pending_.front().due <= time) {
+    obeyed_ = std::move(pending_.front());
+    pending_.pop_front();
+    ObeyControlWord(time);
+  }
+}
+
 void AxisDriveModel::ObeyControlWord(nanoseconds time) {
-  const std::uint16_t control = command_[map_.control_word];
+  const std::uint16_t control = obeyed_.command[map_.control_word];
   const std::uint16_t rising = static_cast<std::uint16_t>(control & ~previous_control_);
   previous_control_ = control;
   if (state_ == DriveState::kNotReady) return;
@@ -323,17 +344,17 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
     return;
   }
   if (!Has(rising, control_word::kStart)) return;
-  if (options_.start_window.count() > 0 && time - last_count_ > options_.start_window) {
+  if (options_.start_window.count() > 0 && obeyed_.after_count > options_.start_window) {
     ++late_starts_;
     return;
   }
-  if (command_[map_.mode] == kModeHoming) StartHoming(time);
-  if (command_[map_.mode] == kModeProfilePosition) StartPositioning(time);
+  if (obeyed_.command[map_.mode] == kModeHoming) StartHoming(time);
+  if (obeyed_.command[map_.mode] == kModeProfilePosition) StartPositioning(time);
 }
 
 /// The transitions of CiA 402 that the host asks for.
 void AxisDriveModel::ChangePowerState(nanoseconds time) {
-  const std::uint16_t control = command_[map_.control_word];
+  const std::uint16_t control = obeyed_.command[map_.control_word];
   const bool powered = state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
   const bool may_enable = inputs_.torque() && inputs_.quick_stop;
   if (state_ == DriveState::kSwitchOnDisabled && !may_enable) return;
@@ -362,7 +383,8 @@ void AxisDriveModel::ChangePowerState(nanoseconds time) {
 
 void AxisDriveModel::StartPositioning(nanoseconds time) {
   const auto read_long = [this](std::uint16_t address) {
-    return static_cast<std::uint32_t>(command_[address]) << 16 | command_[static_cast<std::size_t>(address) + 1];
+    return static_cast<std::uint32_t>(obeyed_.command[address]) << 16 |
+           obeyed_.command[static_cast<std::size_t>(address) + 1];
   };
   const double target = static_cast<std::int32_t>(read_long(map_.target_position)) / 1000.0;
   const double speed = std::min(read_long(map_.profile_speed) / 1000.0, options_.limits.max_speed.value());

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <random>
 #include <vector>
@@ -32,6 +33,8 @@ struct AxisDriveOptions {
   std::chrono::milliseconds heartbeat{200};  ///< Silence that stops an enabled drive; 0: never.
   /// An order to move counts only so soon after the change of counter before it; 0: always.
   std::chrono::milliseconds start_window{25};
+  /// From the arrival of a command block until the drive obeys it: states, acknowledgement and motion come only then.
+  std::chrono::nanoseconds reaction{0};
   std::chrono::nanoseconds boot_time{0};  ///< From power-up until the drive is ready to be switched on.
   std::chrono::nanoseconds wire_delay = std::chrono::microseconds(800);   ///< Request or reply, at least.
   std::chrono::nanoseconds wire_jitter = std::chrono::microseconds(100);  ///< Mean of what comes on top.
@@ -59,7 +62,8 @@ struct AxisParameterRegisters {
 /// its parameters, CiA 402 state machine, profile moves, homing on a switch, soft limits, following error, heartbeat,
 /// start window. Motion is exact in virtual time; every transaction takes a request's and a reply's time on the wire.
 ///
-/// A write is carried out when it arrives, whether or not its reply is in time. Thread-bound. Borrows the clock.
+/// A write is carried out when it arrives, or `reaction` later, whether or not its reply is in time. Thread-bound.
+/// Borrows the clock.
 ///
 /// Wired to a safety chain it has hardware inputs, too. They can stop it and keep it from being enabled; that they
 /// close again changes nothing:
@@ -115,17 +119,19 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
   [[nodiscard]] const AxisDriveOptions& options() const { return options_; }
 
  private:
-  [[nodiscard]] std::chrono::nanoseconds WireTime();
+  [[nodiscard]] std::chrono::nanoseconds TripTime();
   [[nodiscard]] std::uint32_t DriveMicros(std::chrono::nanoseconds time) const;
   /// Supervision up to `time`: heartbeat, following error, homing done, ramps finished.
   void Advance(std::chrono::nanoseconds time);
   void AdvanceAlone(std::chrono::nanoseconds time);  ///< With the inputs as they are.
+  void PassUntil(std::chrono::nanoseconds time);     ///< The same, and nothing new is obeyed.
   void Supervise(std::chrono::nanoseconds time);
   ModbusReply Carry(const ModbusRequest& request, std::chrono::nanoseconds time);
   ModbusReply WriteBlock(const ModbusRequest& request, std::chrono::nanoseconds time);
   ModbusReply WriteParameters(const ModbusRequest& request);
   [[nodiscard]] std::vector<std::uint16_t> StatusRegisters(std::chrono::nanoseconds time);
   [[nodiscard]] std::vector<std::uint16_t> ParameterRegisters() const;
+  void ObeyDue(std::chrono::nanoseconds time);
   void ObeyControlWord(std::chrono::nanoseconds time);
   void ChangePowerState(std::chrono::nanoseconds time);
   void StartPositioning(std::chrono::nanoseconds time);
@@ -149,6 +155,14 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
   AxisRegisterMap map_;
   AxisMotion motion_;
   std::vector<std::uint16_t> command_;  ///< The command block as last written.
+  /// A command block that has arrived and is not obeyed yet.
+  struct Pending {
+    std::chrono::nanoseconds due{0};
+    std::vector<std::uint16_t> command;
+    std::chrono::nanoseconds after_count{0};  ///< It arrived so long after the change of counter before it.
+  };
+  std::deque<Pending> pending_;  ///< By time.
+  Pending obeyed_;               ///< The one obeyed last.
   std::uint16_t previous_control_ = 0;
   DriveState state_ = DriveState::kNotReady;
   std::uint16_t fault_code_ = 0;

@@ -40,6 +40,7 @@ bool AxisDriveModel::StopsForFault() const {
 /// Of what it does by itself only a following error is not foreseen: the brake then waits until the drive is asked.
 std::optional<nanoseconds> AxisDriveModel::NextChange() const {
   const nanoseconds soonest = supervised_ + nanoseconds(1);
+  if (!pending_.empty()) return std::max(soonest, pending_.front().due);
   if (StopsForFault()) return std::max(soonest, motion_.rest_time());
   const bool watched = state_ == DriveState::kOperationEnabled && options_.heartbeat.count() > 0;
   if (watched) return std::max(soonest, last_heartbeat_ + options_.heartbeat + nanoseconds(1));

@@ -71,6 +71,9 @@ class FaultyModbusLink final : public ModbusLink {
   [[nodiscard]] int transactions() const { return transactions_; }
 
   ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) override;
+  [[nodiscard]] std::chrono::nanoseconds WireTime(const ModbusRequest& request) const override {
+    return device_.WireTime(request);
+  }
   void DiscardInput() override;
   /// With transaction numbers by reset: of what has queued up in front of a frozen peer, the first still gets through.
   void Close() override;

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <atomic>
 #include <cerrno>
 #include <filesystem>
+#include <thread>
 #include <vector>
 
 #include "firmware_iface/modbus_link.h"
@@ -102,6 +104,36 @@ TEST(LibmodbusLink, RefusesASecondNameOfAPortThatIsOpen) {
   link->reset();
   EXPECT_TRUE(OpenModbusRtu({second, 115'200, 'N'}, clock));
   std::filesystem::remove(second);
+}
+
+TEST(LibmodbusLink, DoesNotDisturbTheProgramThatHasThePort) {
+  SystemClock clock;
+  sim::AxisDriveModel drive(ContractDrive(1.0), clock);
+  auto server = sim::ModbusServer::Start(drive, {});
+  ASSERT_TRUE(server) << server.error().Text();
+  const std::string port = (*server)->device_name();
+  auto link = OpenModbusRtu({port, 115'200, 'N'}, clock);
+  ASSERT_TRUE(link) << link.error().Text();
+  std::atomic<int> refused = 0;
+  std::thread intruder([&] {
+    for (int attempt = 0; attempt < 20; ++attempt) {
+      if (!OpenModbusRtu({port, 9'600, 'N'}, clock)) ++refused;
+      clock.SleepUntil(clock.Now() + milliseconds(5));
+    }
+  });
+  int answered = 0;
+  for (int exchange = 0; exchange < 200; ++exchange) {
+    if ((*link)->Transact({ModbusFunction::kReadRegisters, 0, {}, 0x0100, 8}, std::chrono::seconds(2))) ++answered;
+  }
+  intruder.join();
+  EXPECT_EQ(refused, 20);
+  EXPECT_EQ(answered, 200);
+  const int fd = ::open(port.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(fd, 0);
+  termios settings{};
+  EXPECT_EQ(::tcgetattr(fd, &settings), 0);
+  ::close(fd);
+  EXPECT_EQ(::cfgetospeed(&settings), static_cast<speed_t>(B115200));
 }
 
 TEST(LibmodbusLink, ClosesAConnectionByReset) {

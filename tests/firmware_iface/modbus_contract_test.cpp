@@ -11,7 +11,8 @@ INSTANTIATE_TEST_SUITE_P(All, ModbusLinkContract,
                          testing::Values(SimulatedSerialRig(), SimulatedTcpRig(), TerminalRtuRig(), LoopbackTcpRig()),
                          RigName);
 INSTANTIATE_TEST_SUITE_P(All, ScanAxisContract,
-                         testing::Values(SimulatedSerialRig(), SimulatedTcpRig(), TerminalRtuRig(), LoopbackTcpRig()),
+                         testing::Values(SimulatedSerialRig(), SlowDriveRig(), SimulatedTcpRig(), TerminalRtuRig(),
+                                         LoopbackTcpRig()),
                          RigName);
 
 }  // namespace

@@ -17,8 +17,8 @@ namespace annulus {
 /// The model behind a faulty link without faults of its own, in virtual time.
 class SimulatedModbusRig final : public ModbusRig {
  public:
-  explicit SimulatedModbusRig(sim::ModbusNumbering numbering)
-      : drive(ContractDrive(patience), clock_), line(drive, clock_, numbering) {}
+  explicit SimulatedModbusRig(sim::ModbusNumbering numbering, std::chrono::nanoseconds reaction = {})
+      : drive(Options(reaction), clock_), line(drive, clock_, numbering) {}
   ModbusLink& link() override { return line; }
   Clock& clock() override { return clock_; }
   void Silence() override { line.Freeze(); }
@@ -27,6 +27,12 @@ class SimulatedModbusRig final : public ModbusRig {
   void Plug() override { line.Plug(); }
 
  private:
+  static sim::AxisDriveOptions Options(std::chrono::nanoseconds reaction) {
+    sim::AxisDriveOptions options = ContractDrive(1.0);
+    options.reaction = reaction;
+    return options;
+  }
+
   ManualClock clock_;
 
  public:
@@ -93,6 +99,12 @@ class ServedModbusRig final : public ModbusRig {
 
 inline NamedModbusRig SimulatedSerialRig() {
   return {"SimulatedSerial", [] { return std::make_unique<SimulatedModbusRig>(sim::ModbusNumbering::kNone); }};
+}
+/// Of a drive that obeys and acknowledges only some cycles after its reply.
+inline NamedModbusRig SlowDriveRig() {
+  return {"SlowDrive", [] {
+            return std::make_unique<SimulatedModbusRig>(sim::ModbusNumbering::kNone, std::chrono::milliseconds(8));
+          }};
 }
 inline NamedModbusRig SimulatedTcpRig() {
   return {"SimulatedTcp", [] { return std::make_unique<SimulatedModbusRig>(sim::ModbusNumbering::kTransaction); }};

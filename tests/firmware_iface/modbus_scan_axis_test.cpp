@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "firmware_iface/scan_axis.h"
@@ -248,6 +249,78 @@ TEST(ModbusScanAxis, MovesADriveOfAnotherScaleAndWordOrder) {
   EXPECT_TRUE((*axis)->QuickStop());
 }
 
+TEST(ModbusScanAxis, DoesNotTakeAnEarlierHomingForTheOneThatBegins) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.reaction = milliseconds(20);
+  sim::AxisDriveModel drive(options, clock);
+  AxisRegisterMap map;
+  map.flags = kNoRegister;
+  auto axis = MakeModbusScanAxis(drive, map, clock);
+  ASSERT_TRUE(axis) << axis.error().Text();
+  ASSERT_TRUE((*axis)->Enable());
+  for (int run = 0; run < 2; ++run) {
+    ASSERT_TRUE((*axis)->StartHoming());
+    bool homed = false;
+    for (int i = 0; i < 6000 && !homed; ++i) {
+      clock.SleepUntil(clock.Now() + milliseconds(5));
+      const auto position = (*axis)->Position();
+      ASSERT_TRUE(position);
+      homed = position->homed;
+      // Once it moves, the drive itself is not homed until it has found the switch.
+      EXPECT_TRUE(!homed || drive.motion_log().size() == static_cast<std::size_t>(run) + 1);
+      EXPECT_TRUE(!homed || drive.homed());
+    }
+    EXPECT_TRUE(homed);
+  }
+}
+
+/// A drive that refreshes its position register only every 25 ms.
+class HeldPosition final : public ModbusLink {
+ public:
+  HeldPosition(ModbusLink& drive, Clock& clock) : drive_(drive), clock_(clock) {}
+  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+    ModbusReply reply = drive_.Transact(request, timeout);
+    if (!reply || request.read_address != 0x0100 || request.read_count > 8) return reply;
+    if (held_.empty() || clock_.Now() >= refreshed_ + milliseconds(25)) {
+      held_ = {(*reply)[3], (*reply)[4]};
+      refreshed_ = clock_.Now();
+    }
+    std::copy(held_.begin(), held_.end(), reply->begin() + 3);
+    return reply;
+  }
+  void DiscardInput() override { drive_.DiscardInput(); }
+  void Close() override { drive_.Close(); }
+  tl::expected<void, ModbusFailure> Reopen() override { return drive_.Reopen(); }
+
+ private:
+  ModbusLink& drive_;
+  Clock& clock_;
+  std::vector<std::uint16_t> held_;
+  nanoseconds refreshed_{0};
+};
+
+TEST(ModbusScanAxis, DoesNotTakeAnOldPositionForStandstill) {
+  ManualClock clock;
+  sim::AxisDriveModel drive(HonestDrive(), clock);
+  HeldPosition line(drive, clock);
+  AxisRegisterMap map;
+  map.flags = kNoRegister;
+  auto axis = MakeModbusScanAxis(line, map, clock);
+  ASSERT_TRUE(axis) << axis.error().Text();
+  ASSERT_TRUE((*axis)->Enable());
+  HomeEnabled(**axis, clock);
+  ASSERT_TRUE((*axis)->MoveTo(Millimetres(500.0), MillimetresPerSecond(300.0)));
+  for (int i = 0; i < 200; ++i) {
+    clock.SleepUntil(clock.Now() + milliseconds(5));
+    ASSERT_TRUE((*axis)->Position());
+  }
+  ASSERT_NEAR(drive.TrueSpeed(clock.Now()), -300.0, 1.0);
+  const Status stopped = (*axis)->QuickStop();
+  EXPECT_TRUE(stopped) << stopped.error().Text();
+  EXPECT_NEAR(drive.TrueSpeed(clock.Now()), 0.0, 0.5);
+}
+
 TEST(ModbusScanAxis, RefusesADriveThatDoesNotEcho) {
   ManualClock clock;
   sim::AxisDriveModel drive(HonestDrive(), clock);
@@ -274,6 +347,78 @@ TEST(ModbusScanAxis, WaitsForAnAxisThatStartsUp) {
   const auto position = axis->Position();
   ASSERT_FALSE(position);
   EXPECT_THAT(position.error().seen, HasSubstr("switch on disabled"));
+}
+
+TEST(ModbusScanAxis, ResetsTheFaultOfADriveThatNeedsACycleForIt) {
+  ManualClock clock;
+  sim::AxisDriveOptions options = HonestDrive();
+  options.reaction = milliseconds(8);
+  sim::AxisDriveModel drive(options, clock);
+  const auto axis = Made(drive, clock);
+  ASSERT_TRUE(axis->Enable());
+  clock.SleepUntil(clock.Now() + milliseconds(500));  // its heartbeat
+  EXPECT_FALSE(axis->Position());
+  ASSERT_EQ(drive.state(), DriveState::kFault);
+  ASSERT_TRUE(axis->Disable());
+  const Status enabled = axis->Enable();
+  EXPECT_TRUE(enabled) << enabled.error().Text();
+  EXPECT_EQ(drive.state(), DriveState::kOperationEnabled);
+}
+
+TEST(ModbusScanAxis, WaitsForAnAcknowledgementThatComesInALaterCycle) {
+  for (const int reaction_ms : {1, 8, 20, 40}) {
+    SCOPED_TRACE(reaction_ms);
+    ManualClock clock;
+    sim::AxisDriveOptions options = HonestDrive();
+    options.reaction = milliseconds(reaction_ms);
+    sim::AxisDriveModel drive(options, clock);
+    const auto axis = Made(drive, clock);
+    ASSERT_TRUE(axis->Enable());
+    HomeEnabled(*axis, clock);
+    const Status moved = axis->MoveTo(Millimetres(1500.0), MillimetresPerSecond(300.0));
+    ASSERT_TRUE(moved) << moved.error().Text();
+    EXPECT_EQ(drive.motion_log().size(), 2U);  // it was homed, and it moves now
+    clock.SleepUntil(clock.Now() + milliseconds(50));
+    AwaitRest(*axis, clock);
+    EXPECT_NEAR(drive.TrueZ(clock.Now()), 1500.0, 0.05);
+  }
+}
+
+/// A drive behind a serial line of some baud rate.
+class SlowLine final : public ModbusLink {
+ public:
+  SlowLine(ModbusLink& drive, int baud) : drive_(drive) { options_.baud = baud; }
+  ModbusReply Transact(const ModbusRequest& request, nanoseconds timeout) override {
+    return drive_.Transact(request, timeout);
+  }
+  [[nodiscard]] nanoseconds WireTime(const ModbusRequest& request) const override {
+    return ModbusRtuWireTime(options_, request);
+  }
+  void DiscardInput() override { drive_.DiscardInput(); }
+  void Close() override { drive_.Close(); }
+  tl::expected<void, ModbusFailure> Reopen() override { return drive_.Reopen(); }
+
+ private:
+  ModbusLink& drive_;
+  ModbusRtuOptions options_;
+};
+
+TEST(ModbusScanAxis, RefusesABaudRateAtWhichNoReplyCanBeInTime) {
+  // The identity: 15 bytes there and 53 back, of 11 bits each.
+  const ModbusRequest identity{ModbusFunction::kWriteReadRegisters, 0, {1}, 0x0100, 24};
+  EXPECT_EQ(ModbusRtuWireTime({"", 19'200, 'E', 1}, identity), nanoseconds(68LL * 11 * 1'000'000'000 / 19'200));
+  EXPECT_EQ(ModbusRtuWireTime({"", 1'200, 'N', 1}, {ModbusFunction::kReadRegisters, 0, {}, 0, 2}),
+            nanoseconds((8LL + 9) * 10 * 1'000'000'000 / 1'200));
+  for (const int baud : {1'200, 9'600, 19'200, 38'400, 57'600, 115'200}) {
+    ManualClock clock;
+    sim::AxisDriveModel drive(HonestDrive(), clock);
+    SlowLine line(drive, baud);
+    const auto axis = MakeModbusScanAxis(line, {}, clock);
+    EXPECT_EQ(axis.has_value(), baud >= 38'400) << baud;
+    if (axis) continue;
+    EXPECT_THAT(axis.error().seen, HasSubstr("on this line a transaction takes"));
+    EXPECT_THAT(axis.error().advice, HasSubstr("baud"));
+  }
 }
 
 TEST(ModbusScanAxis, TellsThatTheHomeSwitchWasNotFound) {

@@ -146,6 +146,25 @@ class AxisDriveTest : public testing::Test {
   std::uint16_t counter_ = 0;
 };
 
+TEST(AxisDrive, ObeysSoMuchLaterThanItAnswers) {
+  ManualClock clock;
+  AxisDriveOptions options;
+  options.reaction = milliseconds(10);
+  AxisDriveModel drive(options, clock);
+  const nanoseconds sent = clock.Now();
+  const ModbusReply reply = drive.Transact(
+      {ModbusFunction::kWriteReadRegisters, 0x0000, {1, control_word::kShutdown}, 0x0100, 2}, milliseconds(100));
+  ASSERT_TRUE(reply);
+  EXPECT_EQ((*reply)[0], 1);  // the echo is of the registers, not of what was obeyed
+  EXPECT_EQ(DriveStateOf((*reply)[1]), DriveState::kSwitchOnDisabled);
+  clock.SleepUntil(sent + milliseconds(10));
+  static_cast<void>(drive.TrueZ(clock.Now()));
+  EXPECT_EQ(drive.state(), DriveState::kSwitchOnDisabled);
+  clock.SleepUntil(sent + milliseconds(20));
+  static_cast<void>(drive.TrueZ(clock.Now()));
+  EXPECT_EQ(drive.state(), DriveState::kReadyToSwitchOn);
+}
+
 TEST_F(AxisDriveTest, HomesOnItsSwitchAndThenReadsTrueHeights) {
   EnableAndHome();
   Move(1234.0);
