@@ -68,7 +68,9 @@ class UsbRangeRing final : public RangeRing {
   /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
   tl::unexpected<Error> Explain(const UsbBoardLink& failed, const Status& failure);
   void CountFrames();
-  Status ReopenBorrowed(nanoseconds deadline);
+  /// Makes sure that every board is there and where it was.
+  Status FindAll(nanoseconds deadline);
+  Status FindBorrowed(nanoseconds deadline);
   /// Makes sure that this board is there, on its old port or on one opened anew.
   Status Find(std::size_t board, nanoseconds deadline);
 
@@ -259,7 +261,12 @@ Status UsbRangeRing::Stop() {
 
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
-  if (host_ == nullptr) return ReopenBorrowed(deadline);
+  usable_ = host_ == nullptr ? FindBorrowed(deadline) : FindAll(deadline);
+  if (usable_) accepted_ = boards_;
+  return usable_;
+}
+
+Status UsbRangeRing::FindAll(nanoseconds deadline) {
   std::string missing;
   std::optional<Error> first;
   for (std::size_t board = 0; board < links_.size(); ++board) {
@@ -268,17 +275,20 @@ Status UsbRangeRing::Reopen(nanoseconds deadline) {
     missing += (missing.empty() ? "" : "; ") + BoardName(boards_[board]) + ": " + found.error().seen;
     if (!first) first = found.error();
   }
-  usable_ = first ? Status(Fail("open the ring again", missing, first->advice)) : CheckPlaces(accepted_, boards_);
-  if (usable_) accepted_ = boards_;
-  return usable_;
+  if (first) return Fail("open the ring again", missing, first->advice);
+  return CheckPlaces(accepted_, boards_);
 }
 
-Status UsbRangeRing::ReopenBorrowed(nanoseconds deadline) {
+Status UsbRangeRing::FindBorrowed(nanoseconds deadline) {
   std::vector<UsbPort*> ports;
   for (const UsbBoardLink& link : links_) ports.push_back(link.port());
   while (true) {
     const auto known = IdentifyBoards(ports, options_);
-    if (known) return {};
+    if (known) {
+      std::vector<RingBoard> now;
+      for (const IdentifiedBoard& one : *known) now.push_back(one.board);
+      return CheckPlaces(boards_, now);
+    }
     if (clock_.Now() >= deadline) return Fail(known);
     clock_.SleepUntil(std::min(deadline, clock_.Now() + kBetweenTries));
   }
@@ -309,6 +319,7 @@ Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
   if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
+  RETURN_IF_ERROR(usable_);
   const std::string attempted = "read the clock of " + links_[board].name();
   UsbPort* const port = links_[board].port();
   if (port == nullptr) return Fail(attempted, "it is not plugged in", "plug it in, then open the ring again");
