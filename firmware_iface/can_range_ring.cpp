@@ -318,8 +318,9 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
     if (bus.fault()) break;
   }
   if (!told) return Fail(told);
-  // When the answer came, not when it was collected.
-  exchange.host_after = std::max(exchange.host_before, bus.last_reply_time());
+  // When the answer came, not when it was collected; but an arrival before the question is a false one.
+  const nanoseconds arrival = bus.last_reply_time();
+  exchange.host_after = arrival > exchange.host_before ? arrival : clock_.Now();
   exchange.device_time = NodeOf(board).clock.Unwrap(*told, exchange.host_after);
   return exchange;
 }

@@ -91,5 +91,40 @@ TEST_F(CanRangeRingTest, ReadsABoardsClockBetweenQuestionAndAnswer) {
   }
 }
 
+/// A bus that stamps what it receives too early, as after a step of the wall clock.
+class EarlyBus final : public CanBus {
+ public:
+  explicit EarlyBus(CanBus& bus) : bus_(bus) {}
+
+  nanoseconds early{0};
+
+  CanResult<CanLink> ReadLink() override { return bus_.ReadLink(); }
+  CanResult<void> Send(const CanFrame& frame) override { return bus_.Send(frame); }
+  CanResult<std::optional<CanReception>> Receive(nanoseconds deadline) override {
+    auto received = bus_.Receive(deadline);
+    if (received && *received) (*received)->host_time -= early;
+    return received;
+  }
+  [[nodiscard]] std::uint64_t overflows() const override { return bus_.overflows(); }
+  CanResult<void> Reopen() override { return bus_.Reopen(); }
+  CanResult<void> Restart() override { return bus_.Restart(); }
+
+ private:
+  CanBus& bus_;
+};
+
+TEST_F(CanRangeRingTest, AnAnswerStampedBeforeItsQuestionMakesNoFalseBoundOfTheClock) {
+  EarlyBus bus(*buses_[0]);
+  auto ring = MakeCanRangeRing({&bus}, {}, booth_.clock());
+  ASSERT_TRUE(ring) << ring.error().Text();
+  bus.early = milliseconds(500);
+  for (std::size_t board = 0; board < 12; ++board) {
+    const auto exchange = (*ring)->ReadClock(board);
+    ASSERT_TRUE(exchange) << exchange.error().Text();
+    EXPECT_LE(booth_.can_board(board).DeviceTime(exchange->host_before), exchange->device_time + nanoseconds(1000));
+    EXPECT_GE(booth_.can_board(board).DeviceTime(exchange->host_after), exchange->device_time);
+  }
+}
+
 }  // namespace
 }  // namespace annulus
