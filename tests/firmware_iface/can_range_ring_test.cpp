@@ -1,9 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
 
+#include "tests/firmware_iface/can_frame_text.h"
 #include "tests/firmware_iface/can_ring_fixture.h"
+#include "tests/firmware_iface/forwarding_can_bus.h"
 
 namespace annulus {
 namespace {
@@ -91,33 +97,38 @@ TEST_F(CanRangeRingTest, ReadsABoardsClockBetweenQuestionAndAnswer) {
   }
 }
 
-/// A bus that stamps what it receives too early, as after a step of the wall clock.
-class EarlyBus final : public CanBus {
- public:
-  explicit EarlyBus(CanBus& bus) : bus_(bus) {}
-
-  nanoseconds early{0};
-
-  CanResult<CanLink> ReadLink() override { return bus_.ReadLink(); }
-  CanResult<void> Send(const CanFrame& frame) override { return bus_.Send(frame); }
-  CanResult<std::optional<CanReception>> Receive(nanoseconds deadline) override {
-    auto received = bus_.Receive(deadline);
-    if (received && *received) (*received)->host_time -= early;
-    return received;
+TEST_F(CanRangeRingTest, ATransferOfAFalseLengthIsEndedAtTheBoardTooAndNotCalledARefusal) {
+  ForwardingCanBus bus(*buses_[0]);
+  // The answer that begins node 5's firmware version, "1.2.0", announces 9 bytes.
+  bus.on_receive = [](CanReception& reception) {
+    auto* const frame = std::get_if<CanFrame>(&reception.what);
+    if (frame == nullptr || frame->id != 0x585 || frame->data[0] != std::byte{0x41}) return;
+    frame->data[4] = std::byte{9};
+  };
+  const auto ring = MakeCanRangeRing({&bus}, {}, booth_.clock());
+  ASSERT_FALSE(ring);
+  EXPECT_THAT(ring.error().attempted, HasSubstr("node 5"));
+  EXPECT_THAT(ring.error().seen, HasSubstr("06070010h: length does not fit"));
+  EXPECT_THAT(ring.error().seen, testing::Not(HasSubstr("the board refuses")));
+  std::size_t begun = 0;
+  std::vector<std::string> sent;
+  for (const CanFrame& frame : buses_[0]->log().sent) {
+    if (frame.id != 0x605) continue;
+    sent.push_back(TextOf(frame));
+    if (sent.back() == "605#400A100000000000") ++begun;
   }
-  [[nodiscard]] std::uint64_t overflows() const override { return bus_.overflows(); }
-  CanResult<void> Reopen() override { return bus_.Reopen(); }
-  CanResult<void> Restart() override { return bus_.Restart(); }
-
- private:
-  CanBus& bus_;
-};
+  // Every transfer that was begun was taken back: code 0607 0010h.
+  EXPECT_EQ(begun, 4U);
+  EXPECT_EQ(std::count(sent.begin(), sent.end(), "605#800A100010000706"), 4);
+  EXPECT_EQ(sent.back(), "605#800A100010000706");
+}
 
 TEST_F(CanRangeRingTest, AnAnswerStampedBeforeItsQuestionMakesNoFalseBoundOfTheClock) {
-  EarlyBus bus(*buses_[0]);
+  ForwardingCanBus bus(*buses_[0]);
   auto ring = MakeCanRangeRing({&bus}, {}, booth_.clock());
   ASSERT_TRUE(ring) << ring.error().Text();
-  bus.early = milliseconds(500);
+  // As after a step of the wall clock.
+  bus.on_receive = [](CanReception& reception) { reception.host_time -= milliseconds(500); };
   for (std::size_t board = 0; board < 12; ++board) {
     const auto exchange = (*ring)->ReadClock(board);
     ASSERT_TRUE(exchange) << exchange.error().Text();
