@@ -99,6 +99,32 @@ TEST_F(UsbRangeRingFaults, B9_ABoardThatStaysForbiddenIsNamedWithWhatTheSystemSa
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().Text(), HasSubstr("RB1003"));
   EXPECT_THAT(opened.error().Text(), HasSubstr("ACCESS"));
+  EXPECT_THAT(opened.error().advice, HasSubstr("udev rule of docs/booth.md"));
+}
+
+TEST_F(UsbRangeRingFaults, B9_ABoardWhoseSerialNumberCanNotBeReadIsNamedByItsPort) {
+  host_.UnplugAt(4, Now());
+  host_.PlugAt(4, Now(), seconds(100));
+  booth_.clock().SleepUntil(Now() + seconds(60));
+  ASSERT_TRUE(host_.List());
+  host_.SetIdentity(4, "", "1-1.5");
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().attempted, "open the ring board at port 1-1.5");
+  host_.UnplugAt(4, Now());
+  const auto port = host_.Open({kRingBoardVendor, kRingBoardProduct, "", "1-1.5"});
+  ASSERT_FALSE(port);
+  EXPECT_EQ(port.error().detail, "no ring board at port 1-1.5 is plugged in");
+}
+
+TEST_F(UsbRangeRingFaults, ABoardThatAnotherProgramUsesIsNamedAsSuch) {
+  const auto used = host_.Open(booth_.board(7).identity());
+  ASSERT_TRUE(used);
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().attempted, "open the ring board RB1008 at port 1-1.8");
+  EXPECT_THAT(opened.error().seen, HasSubstr("in use"));
+  EXPECT_EQ(opened.error().advice, "end the other program that uses the ring");
 }
 
 TEST_F(UsbRangeRingFaults, B10_TwoBoardsOfOneSerialNumberAreRefusedAndAllAreListed) {
