@@ -444,6 +444,18 @@ TEST_F(CanRangeRingFaults, ABoardExchangedForAnotherIsRefusedAndNothingStartsUnt
   ASSERT_TRUE(Next(**ring));
 }
 
+TEST_F(CanRangeRingFaults, ABeatOfABoardThatHasNotRestartedYetIsNoBoot) {
+  // It comes right after the order to reset, which the board has not obeyed yet.
+  const nanoseconds now = Now();
+  buses_[0]->FrameAt(now + nanoseconds(1), EncodeHeartbeat({4, NmtState::kOperational}));
+  booth_.can_board(3).PowerOffAt(now);
+  CanRangeRingOptions options;
+  options.boot_deadline = milliseconds(700);
+  const auto ring = Make(options);
+  ASSERT_FALSE(ring);
+  EXPECT_THAT(ring.error().seen, HasSubstr("node 4 is not ready"));
+}
+
 TEST_F(CanRangeRingFaults, RefusesAControllerThatRestartsFromBusOffTooFast) {
   const auto ring = Make();
   ASSERT_TRUE(ring);
