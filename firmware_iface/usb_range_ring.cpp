@@ -19,6 +19,8 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kStopDeadline = std::chrono::seconds(1);
 /// What of it the orders to stop may take; the rest is for the transfers' ends.
 constexpr nanoseconds kStopOrders = std::chrono::milliseconds(700);
+/// Each board's share of it, at least.
+constexpr nanoseconds kLeastPatience = std::chrono::milliseconds(1);
 /// Boards that have just been plugged in may be opened and speak within it.
 constexpr nanoseconds kOpenDeadline = std::chrono::seconds(3);
 /// How long a wait on one board goes on before the others are looked at.
@@ -68,6 +70,8 @@ class UsbRangeRing final : public RangeRing {
   /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
   tl::unexpected<Error> Explain(const UsbBoardLink& failed, const Status& failure);
   void CountFrames();
+  /// Orders each board to stop, first the one that drives SYNC; says which did not obey, and why.
+  std::string StopBoards(nanoseconds deadline);
   /// Makes sure that every board is there and where it was.
   Status FindAll(nanoseconds deadline);
   Status FindBorrowed(nanoseconds deadline);
@@ -236,19 +240,11 @@ void UsbRangeRing::CountFrames() {
 }
 
 Status UsbRangeRing::Stop() {
-  Status result;
   const nanoseconds begin = clock_.Now();
-  for (UsbBoardLink& link : links_) {
-    if (link.port() == nullptr) continue;
-    // Twelve boards that do not answer must not take twelve times the patience for one.
-    const nanoseconds left = begin + kStopOrders - clock_.Now();
-    if (left > nanoseconds(0)) {
-      const nanoseconds patience = std::min(left, options_.control_timeout);
-      const Status stopped = link.Order(BoardRequest::kStop, {}, patience, "stop ");
-      // A board that is already known to be lost can not be stopped, and need not be.
-      if (!stopped && result && state_ == State::kStreaming) result = stopped;
-    }
-    link.CancelAll();
+  const std::string running = StopBoards(begin + kStopOrders);
+  Status result;
+  if (!running.empty()) {
+    result = Fail("stop the ring", running, "switch the ring's supply off: SYNC and emitters may be on");
   }
   for (UsbBoardLink& link : links_) {
     const Status ended = link.EndTransfers(begin + kStopDeadline);
@@ -257,6 +253,23 @@ Status UsbRangeRing::Stop() {
   CountFrames();
   state_ = State::kIdle;
   return result;
+}
+
+std::string UsbRangeRing::StopBoards(nanoseconds deadline) {
+  std::string running;
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    UsbBoardLink& link = links_[board];
+    if (link.port() == nullptr) continue;
+    // Boards that do not answer must not use up the time of those that would.
+    const nanoseconds share = (deadline - clock_.Now()) / static_cast<std::int64_t>(links_.size() - board);
+    const nanoseconds patience = std::max(kLeastPatience, std::min(share, options_.control_timeout));
+    const Status stopped = link.Order(BoardRequest::kStop, {}, patience, "stop ");
+    link.CancelAll();
+    // A board that is known to be unplugged can not be stopped, and need not be.
+    if (stopped || (link.gone() && state_ != State::kStreaming)) continue;
+    running += (running.empty() ? "" : "; ") + link.name() + ": " + stopped.error().seen;
+  }
+  return running;
 }
 
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
