@@ -159,6 +159,14 @@ std::optional<CanLink> LinkOf(const nlmsghdr* message) {
   return link;
 }
 
+/// A dump that broke off says so in its last message.
+CanResult<void> EndOfDump(const nlmsghdr* done) {
+  int error = 0;
+  if (done->nlmsg_len >= NLMSG_LENGTH(sizeof(error))) std::memcpy(&error, NLMSG_DATA(done), sizeof(error));
+  if (error < 0) return FailErrno(-error);
+  return {};
+}
+
 /// Sends a request and gives each message of the answer to `f` until the answer ends.
 template <class Function>
 CanResult<void> Ask(Request& request, bool dump, Function f) {
@@ -170,10 +178,11 @@ CanResult<void> Ask(Request& request, bool dump, Function f) {
     const ssize_t got = recv(route->fd(), buffer.data(), buffer.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return FailErrno(errno);
-    auto left = static_cast<unsigned>(got);
+    // Rounded up as the steps are, or the count would wrap after a last message that does not end on a boundary.
+    auto left = NLMSG_ALIGN(static_cast<unsigned>(got));
     const auto* message = reinterpret_cast<const nlmsghdr*>(buffer.data());
     for (; NLMSG_OK(message, left); message = NLMSG_NEXT(message, left)) {
-      if (message->nlmsg_type == NLMSG_DONE) return {};
+      if (message->nlmsg_type == NLMSG_DONE) return EndOfDump(message);
       if (message->nlmsg_type == NLMSG_ERROR) {
         const int error = -static_cast<const nlmsgerr*>(NLMSG_DATA(message))->error;
         if (error != 0) return FailErrno(error);

@@ -75,6 +75,8 @@ class CanRangeRing final : public RangeRing {
   Status Put(std::size_t board, const CanLevel& arrived, RingLevel& level);
   void CountOverflows();
   void UpdateCounters();
+  /// Boots the boards and makes sure that each is the one that was there.
+  Status FindAll(nanoseconds deadline);
   Result<std::vector<CanRingBoard>> BootAgain(nanoseconds deadline);
 
   std::vector<CanRingBus> buses_;
@@ -84,6 +86,7 @@ class CanRangeRing final : public RangeRing {
   std::vector<RingBoard> boards_;
   RingLimits limits_;
   State state_ = State::kIdle;
+  Status usable_;  ///< Why the ring must be opened again before it may start: the nodes are no longer those of boards_.
   RingCounters counters_;
   std::uint64_t overflows_at_start_ = 0;
   std::vector<LossBucket> losses_;
@@ -94,6 +97,7 @@ class CanRangeRing final : public RangeRing {
 
 Status CanRangeRing::Start(Hertz level_rate) {
   RETURN_IF_ERROR(CheckRingState("start the ring", state_, State::kIdle));
+  RETURN_IF_ERROR(usable_);
   RETURN_IF_ERROR(CheckLevelRate(level_rate, limits_, "correct the scan plan, or spread the boards over more buses"));
   RETURN_IF_ERROR(CheckBuses());
   counters_ = {};
@@ -302,6 +306,7 @@ Status CanRangeRing::Stop() {
 Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
   if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
+  RETURN_IF_ERROR(usable_);
   CanRingBus& bus = BusOf(board);
   Result<std::uint32_t> told = Fail("read a board's clock", "not asked", "ask again");
   ClockExchange exchange;
@@ -313,14 +318,20 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
     if (bus.fault()) break;
   }
   if (!told) return Fail(told);
-  // When the answer came, not when it was collected.
-  exchange.host_after = std::max(exchange.host_before, bus.last_reply_time());
+  // When the answer came, not when it was collected; but an arrival before the question is a false one.
+  const nanoseconds arrival = bus.last_reply_time();
+  exchange.host_after = arrival > exchange.host_before ? arrival : clock_.Now();
   exchange.device_time = NodeOf(board).clock.Unwrap(*told, exchange.host_after);
   return exchange;
 }
 
 Status CanRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
+  usable_ = FindAll(deadline);
+  return usable_;
+}
+
+Status CanRangeRing::FindAll(nanoseconds deadline) {
   Result<std::vector<CanRingBoard>> links = BootAgain(deadline);
   // A bus that fails while the boards boot is brought back once more, as long as there is time.
   while (!links && !FirstFault() && clock_.Now() < deadline) links = BootAgain(deadline);

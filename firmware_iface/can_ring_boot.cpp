@@ -40,7 +40,8 @@ std::string MissingSerials(const CanRangeRingOptions& options, const std::set<st
   return missing.empty() ? "" : " (of the configured boards, " + List(missing) + " is missing)";
 }
 
-bool HasBooted(const CanNode& node) { return node.state != CanNodeState::kSilent; }
+/// A beat alone is not enough: the board may not have heard the order to reset, or not obeyed it yet.
+bool HasBooted(const CanNode& node) { return node.boots > 0; }
 
 /// How long the frames of one level of a board occupy its bus, at most.
 nanoseconds LevelTime(const CanRingBoard& one, CanBus& bus) {

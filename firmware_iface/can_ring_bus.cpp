@@ -283,12 +283,18 @@ Result<std::vector<std::byte>> CanRingBus::Transfer(SdoTransfer transfer, nanose
     if (fault_ && health_.state == CanState::kDown) break;
   }
   transfer_ = nullptr;
-  refused_ = transfer.state() == SdoTransfer::State::kAborted;
+  const bool aborted = transfer.state() == SdoTransfer::State::kAborted;
+  const auto farewell = aborted ? transfer.TakeRequest() : std::nullopt;
+  refused_ = aborted && !farewell;
   if (!sent) return Fail(sent);
   if (transfer.state() == SdoTransfer::State::kDone) return transfer.data();
-  if (refused_) {
-    return Fail(attempted, "the board refuses: " + SdoAbortText(transfer.abort_code()),
-                "check the board's firmware version");
+  if (aborted) {
+    // The board would stay in a transfer that only the host gave up.
+    if (farewell) static_cast<void>(bus_.Send(*farewell));
+    return Fail(
+        attempted,
+        (refused_ ? "the board refuses: " : "the board's answer is not usable: ") + SdoAbortText(transfer.abort_code()),
+        "check the board's firmware version");
   }
   static_cast<void>(bus_.Send(transfer.AbortFrame(SdoAbort::kTimeout)));
   return Fail(attempted, "no answer in " + std::to_string(timeout / milliseconds(1)) + " ms",

@@ -61,6 +61,10 @@ UsbFailure FailureOf(int libusb_error, const std::string& what) {
       return {UsbStatus::kOverflow, detail};
     case LIBUSB_ERROR_NO_MEM:
       return {UsbStatus::kNoMemory, detail};
+    case LIBUSB_ERROR_ACCESS:
+      return {UsbStatus::kNoAccess, detail};
+    case LIBUSB_ERROR_BUSY:
+      return {UsbStatus::kBusy, detail};
     default:
       return {UsbStatus::kError, detail + ", " + libusb_strerror(libusb_error)};
   }

@@ -176,8 +176,8 @@ UsbResult<std::unique_ptr<UsbPort>> LibusbHost::Open(const UsbIdentity& identity
     if (wanted && (found == nullptr || here)) found = device;
   }
   if (found == nullptr) {
-    return tl::unexpected<UsbFailure>(
-        UsbFailure{UsbStatus::kNoDevice, "no ring board " + identity.serial + " is plugged in"});
+    const std::string name = identity.serial.empty() ? DeviceName(identity) : identity.serial;
+    return tl::unexpected<UsbFailure>(UsbFailure{UsbStatus::kNoDevice, "no ring board " + name + " is plugged in"});
   }
   return OpenDevice(found);
 }
@@ -187,16 +187,12 @@ UsbResult<std::unique_ptr<UsbPort>> LibusbHost::OpenDevice(libusb_device* device
   libusb_device_handle* handle = nullptr;
   if (const int code = libusb_open(device, &handle); code != 0) {
     // Just after arrival the node may not be there yet, or not yet belong to us.
-    UsbFailure failure = FailureOf(code, "open " + NodePath(device));
-    if (code == LIBUSB_ERROR_ACCESS) failure.detail += "; the udev rule of docs/booth.md gives the permission";
-    return tl::unexpected<UsbFailure>(std::move(failure));
+    return tl::unexpected<UsbFailure>(FailureOf(code, "open " + NodePath(device)));
   }
   static_cast<void>(libusb_set_auto_detach_kernel_driver(handle, 1));  // not supported everywhere, nor needed
   if (const int code = libusb_claim_interface(handle, kBoardInterface); code != 0) {
     libusb_close(handle);
-    UsbFailure failure = FailureOf(code, "claim the interface of " + NodePath(device));
-    if (code == LIBUSB_ERROR_BUSY) failure.detail += "; another program uses the board";
-    return tl::unexpected<UsbFailure>(std::move(failure));
+    return tl::unexpected<UsbFailure>(FailureOf(code, "claim the interface of " + NodePath(device)));
   }
   if (const Status awake = sysfs_.KeepAwake(identity.port_path); !awake) {
     Log(LogLevel::kWarning, awake.error().Text());

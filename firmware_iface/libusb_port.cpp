@@ -203,8 +203,8 @@ void LibusbPort::Close() {
   while (CountActive() > 0 && context_.clock().Now() < deadline) context_.HandleEvents(deadline);
   if (CountActive() == 0) return;
   // Freeing memory that the kernel may still write to, or closing under it, crashes. A leak does not.
-  Log(LogLevel::kError, "USB device " + identity_.serial + " at port " + identity_.port_path + ": " +
-                            std::to_string(CountActive()) + " transfers did not end within 1 s; left open");
+  Log(LogLevel::kError, "USB device " + DeviceName(identity_) + ": " + std::to_string(CountActive()) +
+                            " transfers did not end within 1 s; left open");
   for (auto& transfer : transfers_) {
     if (!transfer->active) continue;
     transfer->port = nullptr;

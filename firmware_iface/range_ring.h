@@ -88,7 +88,8 @@ class RangeRing {
   /// unplugged, or if one loses frames repeatedly.
   virtual Result<RingLevel> NextLevel(std::chrono::nanoseconds deadline) = 0;
   /// Finds boards again that were unplugged, reset or silent, by serial number and place, and identifies them; the ring
-  /// must be kIdle and stays so: nothing starts by itself. An Error names the boards that are not back at `deadline`.
+  /// must be kIdle and stays so: nothing starts by itself. An Error names the boards that are not back at `deadline`,
+  /// or that changed places; Start and ReadClock then return it too, until the ring is opened again.
   virtual Status Reopen(std::chrono::nanoseconds deadline) = 0;
   /// Asks a board (index into boards()) for its clock.
   virtual Result<ClockExchange> ReadClock(std::size_t board) = 0;

@@ -12,6 +12,10 @@ const char* AdviceFor(UsbStatus status) {
   switch (status) {
     case UsbStatus::kNoMemory:
       return "raise usbfs_memory_mb of the kernel and try again";
+    case UsbStatus::kNoAccess:
+      return "install the udev rule of docs/booth.md, and let this user's group have the boards";
+    case UsbStatus::kBusy:
+      return "end the other program that uses the ring";
     case UsbStatus::kNoDevice:
       return "check the board's cable and supply, then start again";
     default:
@@ -162,7 +166,7 @@ Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Cl
   std::string map;
   std::string repeated;
   for (const UsbIdentity& identity : *listed) {
-    map += (map.empty() ? "" : ", ") + identity.serial + " at port " + identity.port_path;
+    map += (map.empty() ? "" : ", ") + DeviceName(identity);
     if (!identity.serial.empty() && !serials.insert(identity.serial).second) repeated = identity.serial;
   }
   if (!repeated.empty()) {
@@ -173,7 +177,7 @@ Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Cl
   for (const UsbIdentity& identity : *listed) {
     auto port = OpenPort(host, identity, clock, deadline);
     if (!port) {
-      return FailUsb("open the ring board " + identity.serial + " at port " + identity.port_path, port.error());
+      return FailUsb("open the ring board " + DeviceName(identity), port.error());
     }
     ports.push_back(std::move(*port));
   }

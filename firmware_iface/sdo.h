@@ -41,8 +41,9 @@ enum class SdoAbort : std::uint32_t {
 /// The largest object that a client accepts, bytes.
 inline constexpr std::size_t kMostSdoBytes = 256;
 
-/// One transfer seen from the client: send next() whenever it has a frame, give it what the node answers. Frames that
-/// do not belong to this transfer (another object, the wrong toggle bit) change nothing.
+/// One transfer seen from the client: send what TakeRequest() has, give it what the node answers. A transfer that the
+/// client itself gave up has a last frame to send, which ends it at the node too. Frames that do not belong to this
+/// transfer (another object, the wrong toggle bit) change nothing.
 class SdoTransfer {
  public:
   enum class State { kRunning, kDone, kAborted };

@@ -99,8 +99,9 @@ CanResult<CanSocket> BindTo(const std::string& name) {
 
 class SocketCanBus final : public CanBus {
  public:
-  SocketCanBus(std::string name, CanSocket socket, Clock& clock)
-      : name_(std::move(name)), socket_(std::move(socket)), clock_(clock) {}
+  /// `bound` is when the socket was bound.
+  SocketCanBus(std::string name, CanSocket socket, nanoseconds bound, Clock& clock)
+      : name_(std::move(name)), socket_(std::move(socket)), clock_(clock), empty_since_(bound) {}
 
   CanResult<CanLink> ReadLink() override { return ReadCanLink(name_); }
   CanResult<void> Restart() override { return RestartCanLink(name_); }
@@ -113,11 +114,12 @@ class SocketCanBus final : public CanBus {
   CanResult<std::optional<CanReception>> Collect();
   tl::unexpected<CanFailure> FailReading(int error);
   void CountLost(std::uint32_t total);
-  [[nodiscard]] nanoseconds ArrivalOf(nanoseconds stamp) const;
+  [[nodiscard]] nanoseconds ArrivalBy(nanoseconds stamp) const;
 
   std::string name_;
   CanSocket socket_;
   Clock& clock_;
+  nanoseconds empty_since_;        ///< When the socket was last known to hold nothing.
   std::uint64_t lost_before_ = 0;  ///< Of sockets before this one.
   std::uint64_t lost_ = 0;         ///< Of this socket; the kernel's counter has 32 bits.
 };
@@ -158,9 +160,13 @@ CanResult<std::optional<CanReception>> SocketCanBus::Collect() {
     message.msg_iovlen = 1;
     message.msg_control = control.data();
     message.msg_controllen = control.size();
+    const nanoseconds asked = clock_.Now();
     const ssize_t got = recvmsg(socket_.fd(), &message, 0);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && errno == EAGAIN) return std::optional<CanReception>();
+    if (got < 0 && errno == EAGAIN) {
+      empty_since_ = asked;
+      return std::optional<CanReception>();
+    }
     if (got < 0) return FailReading(errno);
     CanReception reception;
     reception.host_time = clock_.Now();
@@ -174,7 +180,7 @@ CanResult<std::optional<CanReception>> SocketCanBus::Collect() {
       } else if (part->cmsg_type == SCM_TIMESTAMPNS) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(part), sizeof(stamp));
-        reception.host_time = ArrivalOf(std::chrono::seconds(stamp.tv_sec) + nanoseconds(stamp.tv_nsec));
+        reception.host_time = ArrivalBy(std::chrono::seconds(stamp.tv_sec) + nanoseconds(stamp.tv_nsec));
       }
     }
     auto what = DecodeSocketCan(std::span(bytes).first(static_cast<std::size_t>(got)));
@@ -193,17 +199,19 @@ tl::unexpected<CanFailure> SocketCanBus::FailReading(int error) {
 /// The kernel's total of this socket, 32 bits.
 void SocketCanBus::CountLost(std::uint32_t total) { lost_ += static_cast<std::uint32_t>(total - lost_); }
 
-/// The kernel stamps by the wall clock. Its age is what counts: a wall clock that was set in between would make it
-/// negative or huge, so it is bounded by what a full receive buffer can hold.
-nanoseconds SocketCanBus::ArrivalOf(nanoseconds stamp) const {
-  const nanoseconds age = WallNow() - stamp;
-  constexpr nanoseconds kOldest = std::chrono::seconds(10);
-  if (age < nanoseconds(0) || age > kOldest) return clock_.Now();
-  return clock_.Now() - age;
+/// The kernel stamps by the wall clock.
+nanoseconds SocketCanBus::ArrivalBy(nanoseconds stamp) const {
+  SocketCanTimes times;
+  times.stamp = stamp;
+  times.wall_now = WallNow();
+  times.now = clock_.Now();
+  times.empty_since = empty_since_;
+  return ArrivalOf(times);
 }
 
 CanResult<void> SocketCanBus::Reopen() {
   socket_ = CanSocket();
+  empty_since_ = clock_.Now();
   lost_before_ += std::exchange(lost_, 0);
   auto bound = BindTo(name_);
   if (!bound) return tl::unexpected<CanFailure>(bound.error());
@@ -226,8 +234,9 @@ Result<std::unique_ptr<CanBus>> OpenSocketCan(const std::string& name, Clock& cl
   if (name.empty() || name.size() >= IFNAMSIZ) {
     return Fail(attempted, "no interface has such a name", "correct [ring] can_buses");
   }
+  const nanoseconds before = clock.Now();
   auto bound = BindTo(name);
-  if (bound) return std::make_unique<SocketCanBus>(name, std::move(*bound), clock);
+  if (bound) return std::make_unique<SocketCanBus>(name, std::move(*bound), before, clock);
   const std::string seen = CanFailureText(bound.error());
   if (CanSocket probe(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)); probe.fd() < 0) {
     return Fail(attempted, "this kernel has no CAN (" + bound.error().detail + ")",

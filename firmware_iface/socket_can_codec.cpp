@@ -109,4 +109,17 @@ std::optional<std::variant<CanFrame, CanReport>> DecodeSocketCan(std::span<const
   return FrameOf(in.can_id, in.len, in.data);
 }
 
+std::chrono::nanoseconds ArrivalOf(const SocketCanTimes& times) {
+  using std::chrono::nanoseconds;
+  // A wall clock that is slewed runs up to 0.05 % faster than the host's.
+  constexpr int kSlew = 1000;
+  constexpr nanoseconds kRounding = std::chrono::milliseconds(1);
+  // What a full receive buffer can hold.
+  constexpr nanoseconds kOldest = std::chrono::seconds(10);
+  const nanoseconds waited = std::min(times.now - times.empty_since, kOldest);
+  const nanoseconds age = times.wall_now - times.stamp;
+  if (age < nanoseconds(0) || age > waited + waited / kSlew + kRounding) return times.now;
+  return times.now - std::min(age, waited);
+}
+
 }  // namespace annulus

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -19,5 +20,17 @@ namespace annulus {
 /// What one read of the socket means: a frame, or a report of the controller (an error frame). Nothing for bytes that
 /// are neither.
 [[nodiscard]] std::optional<std::variant<CanFrame, CanReport>> DecodeSocketCan(std::span<const std::byte> bytes);
+
+/// What tells when a frame came to a socket.
+struct SocketCanTimes {
+  std::chrono::nanoseconds stamp{0};        ///< The kernel's, by the wall clock.
+  std::chrono::nanoseconds wall_now{0};     ///< The wall clock when the frame was read.
+  std::chrono::nanoseconds now{0};          ///< The host clock then.
+  std::chrono::nanoseconds empty_since{0};  ///< The host clock when the socket was last known to hold nothing.
+};
+
+/// When the frame came, host clock. A wall clock that was set between stamp and read falsifies the frame's age: an age
+/// below 0 or beyond what the frame can have is not believed, and the frame counts as just come.
+[[nodiscard]] std::chrono::nanoseconds ArrivalOf(const SocketCanTimes& times);
 
 }  // namespace annulus

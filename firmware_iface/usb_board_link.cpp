@@ -120,6 +120,8 @@ Status UsbBoardLink::Judge(UsbStatus status) {
       return Broken({status, {}});
     case UsbStatus::kCancelled:
     case UsbStatus::kOverflow:
+    case UsbStatus::kNoAccess:
+    case UsbStatus::kBusy:
     case UsbStatus::kError:
       break;
   }

@@ -36,7 +36,8 @@ class UsbHost {
   virtual UsbResult<std::vector<UsbIdentity>> List() = 0;
   /// Opens the device with this serial number (of several, the one at this port path if it is among them), or, where
   /// that is empty, the one at this port path. kNoDevice if there is none. Just after arrival the device node may not
-  /// be there or not permitted yet (kError, kNoDevice, with what the system said): try again later, see OpenPort.
+  /// be there or not permitted yet (kError, kNoDevice, kNoAccess): try again later, see OpenPort. kBusy if another
+  /// program has it.
   virtual UsbResult<std::unique_ptr<UsbPort>> Open(const UsbIdentity& identity) = 0;
   /// The next plug event; nothing if none has come when the host clock reaches `deadline`.
   virtual std::optional<UsbHotplug> WaitHotplug(std::chrono::nanoseconds deadline) = 0;

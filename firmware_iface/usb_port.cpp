@@ -18,10 +18,19 @@ const char* UsbStatusText(UsbStatus status) {
       return "the device sent more than was asked for";
     case UsbStatus::kNoMemory:
       return "no memory for USB transfers (usbfs_memory_mb)";
+    case UsbStatus::kNoAccess:
+      return "no permission";
+    case UsbStatus::kBusy:
+      return "the device is in use";
     case UsbStatus::kError:
       return "the transfer failed";
   }
   return "unknown";
+}
+
+std::string DeviceName(const UsbIdentity& identity) {
+  if (identity.port_path.empty()) return identity.serial;
+  return (identity.serial.empty() ? "" : identity.serial + " ") + "at port " + identity.port_path;
 }
 
 }  // namespace annulus

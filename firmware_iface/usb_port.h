@@ -20,6 +20,8 @@ enum class UsbStatus {
   kNoDevice,   ///< Unplugged; the port answers nothing else from now on.
   kOverflow,   ///< The device sent more than was asked for.
   kNoMemory,   ///< The system's memory for transfers is used up (Linux: usbfs_memory_mb, shared by all devices).
+  kNoAccess,   ///< This user may not use the device, or not yet: just after arrival udev may still be at work.
+  kBusy,       ///< Another program has it open.
   kError,
 };
 
@@ -48,6 +50,9 @@ struct UsbIdentity {
   std::string serial;     ///< iSerialNumber.
   std::string port_path;  ///< Bus and hub ports, as "1-4.2".
 };
+
+/// The device as messages call it: "RB1003 at port 1-4.2", without what is not known.
+[[nodiscard]] std::string DeviceName(const UsbIdentity& identity);
 
 /// The set-up stage of a vendor request; its direction is that of the call.
 struct UsbRequest {

@@ -19,6 +19,8 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kStopDeadline = std::chrono::seconds(1);
 /// What of it the orders to stop may take; the rest is for the transfers' ends.
 constexpr nanoseconds kStopOrders = std::chrono::milliseconds(700);
+/// Each board's share of it, at least.
+constexpr nanoseconds kLeastPatience = std::chrono::milliseconds(1);
 /// Boards that have just been plugged in may be opened and speak within it.
 constexpr nanoseconds kOpenDeadline = std::chrono::seconds(3);
 /// How long a wait on one board goes on before the others are looked at.
@@ -68,7 +70,11 @@ class UsbRangeRing final : public RangeRing {
   /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
   tl::unexpected<Error> Explain(const UsbBoardLink& failed, const Status& failure);
   void CountFrames();
-  Status ReopenBorrowed(nanoseconds deadline);
+  /// Orders each board to stop, first the one that drives SYNC; says which did not obey, and why.
+  std::string StopBoards(nanoseconds deadline);
+  /// Makes sure that every board is there and where it was.
+  Status FindAll(nanoseconds deadline);
+  Status FindBorrowed(nanoseconds deadline);
   /// Makes sure that this board is there, on its old port or on one opened anew.
   Status Find(std::size_t board, nanoseconds deadline);
 
@@ -234,19 +240,11 @@ void UsbRangeRing::CountFrames() {
 }
 
 Status UsbRangeRing::Stop() {
-  Status result;
   const nanoseconds begin = clock_.Now();
-  for (UsbBoardLink& link : links_) {
-    if (link.port() == nullptr) continue;
-    // Twelve boards that do not answer must not take twelve times the patience for one.
-    const nanoseconds left = begin + kStopOrders - clock_.Now();
-    if (left > nanoseconds(0)) {
-      const nanoseconds patience = std::min(left, options_.control_timeout);
-      const Status stopped = link.Order(BoardRequest::kStop, {}, patience, "stop ");
-      // A board that is already known to be lost can not be stopped, and need not be.
-      if (!stopped && result && state_ == State::kStreaming) result = stopped;
-    }
-    link.CancelAll();
+  const std::string running = StopBoards(begin + kStopOrders);
+  Status result;
+  if (!running.empty()) {
+    result = Fail("stop the ring", running, "switch the ring's supply off: SYNC and emitters may be on");
   }
   for (UsbBoardLink& link : links_) {
     const Status ended = link.EndTransfers(begin + kStopDeadline);
@@ -257,9 +255,31 @@ Status UsbRangeRing::Stop() {
   return result;
 }
 
+std::string UsbRangeRing::StopBoards(nanoseconds deadline) {
+  std::string running;
+  for (std::size_t board = 0; board < links_.size(); ++board) {
+    UsbBoardLink& link = links_[board];
+    if (link.port() == nullptr) continue;
+    // Boards that do not answer must not use up the time of those that would.
+    const nanoseconds share = (deadline - clock_.Now()) / static_cast<std::int64_t>(links_.size() - board);
+    const nanoseconds patience = std::max(kLeastPatience, std::min(share, options_.control_timeout));
+    const Status stopped = link.Order(BoardRequest::kStop, {}, patience, "stop ");
+    link.CancelAll();
+    // A board that is known to be unplugged can not be stopped, and need not be.
+    if (stopped || (link.gone() && state_ != State::kStreaming)) continue;
+    running += (running.empty() ? "" : "; ") + link.name() + ": " + stopped.error().seen;
+  }
+  return running;
+}
+
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
-  if (host_ == nullptr) return ReopenBorrowed(deadline);
+  usable_ = host_ == nullptr ? FindBorrowed(deadline) : FindAll(deadline);
+  if (usable_) accepted_ = boards_;
+  return usable_;
+}
+
+Status UsbRangeRing::FindAll(nanoseconds deadline) {
   std::string missing;
   std::optional<Error> first;
   for (std::size_t board = 0; board < links_.size(); ++board) {
@@ -268,17 +288,20 @@ Status UsbRangeRing::Reopen(nanoseconds deadline) {
     missing += (missing.empty() ? "" : "; ") + BoardName(boards_[board]) + ": " + found.error().seen;
     if (!first) first = found.error();
   }
-  usable_ = first ? Status(Fail("open the ring again", missing, first->advice)) : CheckPlaces(accepted_, boards_);
-  if (usable_) accepted_ = boards_;
-  return usable_;
+  if (first) return Fail("open the ring again", missing, first->advice);
+  return CheckPlaces(accepted_, boards_);
 }
 
-Status UsbRangeRing::ReopenBorrowed(nanoseconds deadline) {
+Status UsbRangeRing::FindBorrowed(nanoseconds deadline) {
   std::vector<UsbPort*> ports;
   for (const UsbBoardLink& link : links_) ports.push_back(link.port());
   while (true) {
     const auto known = IdentifyBoards(ports, options_);
-    if (known) return {};
+    if (known) {
+      std::vector<RingBoard> now;
+      for (const IdentifiedBoard& one : *known) now.push_back(one.board);
+      return CheckPlaces(boards_, now);
+    }
     if (clock_.Now() >= deadline) return Fail(known);
     clock_.SleepUntil(std::min(deadline, clock_.Now() + kBetweenTries));
   }
@@ -309,6 +332,7 @@ Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   ENSURE(board < links_.size(), "the board is one of boards()");
   if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
+  RETURN_IF_ERROR(usable_);
   const std::string attempted = "read the clock of " + links_[board].name();
   UsbPort* const port = links_[board].port();
   if (port == nullptr) return Fail(attempted, "it is not plugged in", "plug it in, then open the ring again");

@@ -42,6 +42,7 @@ CanBoardModel::CanBoardModel(CanBoardOptions options, World& world, SyncLine& sy
               {[this](SdoAddress address) { return ReadObject(address); },
                [this](SdoAddress address, const std::vector<std::byte>& data) { return WriteObject(address, data); }}) {
   ENSURE(options.node >= 1 && options.node <= kLastNodeId, "a node id is 1 to 127");
+  first_sensor_ = options.board.first_sensor;
   control_engine_.seed(core_.BoardBits(BoardDraw::kControl));
   const double share = 0.2 + 0.8 * UnitFromBits(core_.BoardBits(BoardDraw::kBoot));
   Boot(ShareOf(options_.power_up_time, share), power_up);
@@ -74,6 +75,11 @@ void CanBoardModel::PowerOnAt(nanoseconds time) {
   Event on;
   on.what = What::kOn;
   events_.emplace(time, on);
+}
+
+void CanBoardModel::ExchangeFor(std::uint32_t serial) {
+  ENSURE(!powered_, "a board is exchanged without power");
+  options_.board.serial = serial;
 }
 
 void CanBoardModel::EmergencyAt(nanoseconds time, std::uint16_t code) {
@@ -301,7 +307,7 @@ ReadResult CanBoardModel::ReadObject(SdoAddress address) const {
     return Refuse(SdoAbort::kNoSubIndex);
   }
   if (heard(kObjectProtocolVersion)) return ObjectBytes(protocol_version_);
-  if (heard(kObjectFirstSensor)) return ObjectBytes(options_.board.first_sensor);
+  if (heard(kObjectFirstSensor)) return ObjectBytes(first_sensor_);
   if (heard(kObjectSensorCount)) return ObjectBytes(static_cast<std::uint8_t>(kSensorsPerBoard));
   if (address.index == kObjectMinLevelRate.index && address.sub_index == 0) return Count(2);
   if (heard(kObjectMinLevelRate)) return ObjectBytes(kBoardMinLevelRateMhz);

@@ -48,6 +48,10 @@ class CanBoardModel final : public CanStation {
   void BreakEmitter() { status_ = kFrameEmitterFault; }
   /// From now on it says that it speaks this version.
   void PretendProtocol(std::uint16_t version) { protocol_version_ = version; }
+  /// From now on it says that its first sensor stands here; what it measures is as before.
+  void PretendFirstSensor(std::uint16_t first_sensor) { first_sensor_ = first_sensor; }
+  /// Another board, of this serial number, is in its place from now on. Requires that it is without power.
+  void ExchangeFor(std::uint32_t serial);
 
   /// For judging: what is really so.
   [[nodiscard]] std::chrono::nanoseconds DeviceTime(std::chrono::nanoseconds time) const {
@@ -96,6 +100,7 @@ class CanBoardModel final : public CanStation {
   std::chrono::nanoseconds hung_from_ = std::chrono::nanoseconds::max();
   std::uint8_t status_ = 0;
   std::uint16_t protocol_version_ = 1;
+  std::uint16_t first_sensor_ = 0;
   std::uint8_t error_register_ = 0;
   std::uint16_t heartbeat_ms_ = 0;
   std::uint32_t beat_series_ = 0;  ///< Only the newest series of beats goes on.

@@ -185,11 +185,14 @@ UsbResult<std::unique_ptr<UsbPort>> UsbHostModel::Open(const UsbIdentity& identi
     const bool wanted = identity.serial.empty() ? here : slot.identity.serial == identity.serial;
     if (slot.plugged && wanted && (found == nullptr || here)) found = &slot;
   }
-  if (found == nullptr) return FailWith(UsbStatus::kNoDevice, "no ring board " + identity.serial + " is plugged in");
+  if (found == nullptr) {
+    const std::string name = identity.serial.empty() ? DeviceName(identity) : identity.serial;
+    return FailWith(UsbStatus::kNoDevice, "no ring board " + name + " is plugged in");
+  }
   const nanoseconds waited = clock_.Now() - found->arrived;
   if (waited < found->not_ready / 2) return FailWith(UsbStatus::kError, "LIBUSB_ERROR_NOT_FOUND");
-  if (waited < found->not_ready) return FailWith(UsbStatus::kError, "LIBUSB_ERROR_ACCESS");
-  if (found->port != nullptr) return FailWith(UsbStatus::kError, "LIBUSB_ERROR_BUSY");
+  if (waited < found->not_ready) return FailWith(UsbStatus::kNoAccess, "LIBUSB_ERROR_ACCESS");
+  if (found->port != nullptr) return FailWith(UsbStatus::kBusy, "LIBUSB_ERROR_BUSY");
   std::unique_ptr<UsbPort> port = std::make_unique<Port>(*this, *found);
   return wrap ? wrap(std::move(port)) : std::move(port);
 }

@@ -1,6 +1,8 @@
 // The contracts of CAN buses and of the ring on CAN, on simulated buses and on buses that go wrong harmlessly.
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "sim/booth.h"
 #include "sim/faulty_can_bus.h"
@@ -61,6 +63,7 @@ class SimulatedRing final : public RangeRingFixture {
     for (CanBus* bus : booth_.can_buses()) {
       buses_.push_back(std::make_unique<sim::FaultyCanBus>(*bus, booth_.clock(), set.faults));
     }
+    for (const Board& board : SimulatedRing::boards()) first_sensors_.push_back(board.first_sensor);
   }
 
   Clock& clock() override { return booth_.clock(); }
@@ -86,6 +89,11 @@ class SimulatedRing final : public RangeRingFixture {
   void Replug(std::size_t board) override {
     booth_.can_board(board).PowerOnAt(booth_.clock().Now() + milliseconds(300));
   }
+  [[nodiscard]] bool CanSwap() const override { return true; }
+  void Swap(std::size_t one, std::size_t other) override {
+    std::swap(first_sensors_.at(one), first_sensors_.at(other));
+    for (const std::size_t board : {one, other}) booth_.can_board(board).PretendFirstSensor(first_sensors_[board]);
+  }
 
  private:
   static sim::BoothOptions Options(const Set& set) {
@@ -99,6 +107,7 @@ class SimulatedRing final : public RangeRingFixture {
   sim::Booth booth_;
   std::vector<std::unique_ptr<sim::FaultyCanBus>> buses_;
   bool fd_;
+  std::vector<std::uint16_t> first_sensors_;  ///< What each board says.
 };
 
 RangeRingCase Ring(std::string name, SimulatedRing::Set set) {

@@ -1,9 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <variant>
+#include <vector>
 
+#include "tests/firmware_iface/can_frame_text.h"
 #include "tests/firmware_iface/can_ring_fixture.h"
+#include "tests/firmware_iface/forwarding_can_bus.h"
 
 namespace annulus {
 namespace {
@@ -88,6 +94,46 @@ TEST_F(CanRangeRingTest, ReadsABoardsClockBetweenQuestionAndAnswer) {
               booth_.can_board(3).DeviceTime(exchange->host_before) - nanoseconds(1000));
     EXPECT_LE(exchange->device_time, booth_.can_board(3).DeviceTime(exchange->host_after));
     EXPECT_LT(exchange->host_after - exchange->host_before, milliseconds(20));
+  }
+}
+
+TEST_F(CanRangeRingTest, ATransferOfAFalseLengthIsEndedAtTheBoardTooAndNotCalledARefusal) {
+  ForwardingCanBus bus(*buses_[0]);
+  // The answer that begins node 5's firmware version, "1.2.0", announces 9 bytes.
+  bus.on_receive = [](CanReception& reception) {
+    auto* const frame = std::get_if<CanFrame>(&reception.what);
+    if (frame == nullptr || frame->id != 0x585 || frame->data[0] != std::byte{0x41}) return;
+    frame->data[4] = std::byte{9};
+  };
+  const auto ring = MakeCanRangeRing({&bus}, {}, booth_.clock());
+  ASSERT_FALSE(ring);
+  EXPECT_THAT(ring.error().attempted, HasSubstr("node 5"));
+  EXPECT_THAT(ring.error().seen, HasSubstr("06070010h: length does not fit"));
+  EXPECT_THAT(ring.error().seen, testing::Not(HasSubstr("the board refuses")));
+  std::size_t begun = 0;
+  std::vector<std::string> sent;
+  for (const CanFrame& frame : buses_[0]->log().sent) {
+    if (frame.id != 0x605) continue;
+    sent.push_back(TextOf(frame));
+    if (sent.back() == "605#400A100000000000") ++begun;
+  }
+  // Every transfer that was begun was taken back: code 0607 0010h.
+  EXPECT_EQ(begun, 4U);
+  EXPECT_EQ(std::count(sent.begin(), sent.end(), "605#800A100010000706"), 4);
+  EXPECT_EQ(sent.back(), "605#800A100010000706");
+}
+
+TEST_F(CanRangeRingTest, AnAnswerStampedBeforeItsQuestionMakesNoFalseBoundOfTheClock) {
+  ForwardingCanBus bus(*buses_[0]);
+  auto ring = MakeCanRangeRing({&bus}, {}, booth_.clock());
+  ASSERT_TRUE(ring) << ring.error().Text();
+  // As after a step of the wall clock.
+  bus.on_receive = [](CanReception& reception) { reception.host_time -= milliseconds(500); };
+  for (std::size_t board = 0; board < 12; ++board) {
+    const auto exchange = (*ring)->ReadClock(board);
+    ASSERT_TRUE(exchange) << exchange.error().Text();
+    EXPECT_LE(booth_.can_board(board).DeviceTime(exchange->host_before), exchange->device_time + nanoseconds(1000));
+    EXPECT_GE(booth_.can_board(board).DeviceTime(exchange->host_after), exchange->device_time);
   }
 }
 

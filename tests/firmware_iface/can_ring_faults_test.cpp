@@ -418,6 +418,44 @@ TEST_F(CanRangeRingFaults, B20_AHostThatWasAwayTooLongIsTold) {
   EXPECT_GT(ring->counters().overflowed_frames, 1000U);
 }
 
+TEST_F(CanRangeRingFaults, ABoardExchangedForAnotherIsRefusedAndNothingStartsUntilTheOldOneIsBack) {
+  const auto ring = Make();
+  ASSERT_TRUE(ring) << ring.error().Text();
+  const auto exchange = [&](std::uint32_t serial) {
+    booth_.can_board(6).PowerOffAt(Now());
+    booth_.clock().SleepUntil(Now() + milliseconds(1));
+    booth_.can_wire(0).Advance();
+    booth_.can_board(6).ExchangeFor(serial);
+    booth_.can_board(6).PowerOnAt(Now());
+    return (*ring)->Reopen(Now() + seconds(3));
+  };
+  const int orders = StartOrders();
+  const Status refused = exchange(2007);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().seen, HasSubstr("2007"));
+  const Status started = (*ring)->Start(kRate);
+  ASSERT_FALSE(started);
+  EXPECT_THAT(started.error().seen, HasSubstr("2007"));
+  EXPECT_EQ(StartOrders(), orders);
+  for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(booth_.can_board(i).starts(), 0U);
+  const Status back = exchange(1007);
+  ASSERT_TRUE(back) << back.error().Text();
+  ASSERT_TRUE((*ring)->Start(kRate));
+  ASSERT_TRUE(Next(**ring));
+}
+
+TEST_F(CanRangeRingFaults, ABeatOfABoardThatHasNotRestartedYetIsNoBoot) {
+  // It comes right after the order to reset, which the board has not obeyed yet.
+  const nanoseconds now = Now();
+  buses_[0]->FrameAt(now + nanoseconds(1), EncodeHeartbeat({4, NmtState::kOperational}));
+  booth_.can_board(3).PowerOffAt(now);
+  CanRangeRingOptions options;
+  options.boot_deadline = milliseconds(700);
+  const auto ring = Make(options);
+  ASSERT_FALSE(ring);
+  EXPECT_THAT(ring.error().seen, HasSubstr("node 4 is not ready"));
+}
+
 TEST_F(CanRangeRingFaults, RefusesAControllerThatRestartsFromBusOffTooFast) {
   const auto ring = Make();
   ASSERT_TRUE(ring);

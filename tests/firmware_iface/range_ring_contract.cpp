@@ -76,6 +76,15 @@ void RangeRingContract::ExpectNamed(const std::string& text, std::size_t board) 
   EXPECT_THAT(text, HasSubstr(std::to_string(expected_[board].serial)));
 }
 
+void RangeRingContract::ExpectUnusable(const Error& refused) {
+  const Status started = ring_->Start(fixture_->level_rate());
+  ASSERT_FALSE(started) << "who is where is not known";
+  EXPECT_EQ(started.error().Text(), refused.Text());
+  EXPECT_EQ(ring_->state(), RangeRing::State::kIdle);
+  EXPECT_FALSE(Next());
+  for (std::size_t board = 0; board < expected_.size(); ++board) EXPECT_FALSE(ring_->ReadClock(board));
+}
+
 void RangeRingContract::ExpectClock(std::size_t board) {
   std::optional<ClockExchange> last;
   for (int i = 0; i < 5; ++i) {
@@ -285,6 +294,36 @@ TEST_P(RangeRingContract, SaysByTheDeadlineWhichBoardIsNotBack) {
   ExpectNamed(reopened.error().Text(), board);
   EXPECT_LT(fixture_->clock().Now(), deadline + Patient(milliseconds(500)));
   EXPECT_EQ(ring_->state(), RangeRing::State::kIdle);
+}
+
+TEST_P(RangeRingContract, StartsNotAfterARefusedReopenThoughTheBoardIsBackUntilItIsOpenedAgain) {
+  if (!fixture_->CanUnplug()) GTEST_SKIP() << "nothing can be unplugged here";
+  const std::size_t board = expected_.size() / 2;
+  fixture_->Unplug(board);
+  const Status refused = ring_->Reopen(In(milliseconds(500)));
+  ASSERT_FALSE(refused);
+  fixture_->Replug(board);
+  fixture_->clock().SleepUntil(In(seconds(1)));
+  ExpectUnusable(refused.error());
+  const Status reopened = ring_->Reopen(In(seconds(3)));
+  ASSERT_TRUE(reopened) << reopened.error().Text();
+  ASSERT_TRUE(ring_->Start(fixture_->level_rate()));
+  ExpectLevels(0, 3);
+}
+
+TEST_P(RangeRingContract, StartsNotWithBoardsThatChangedPlacesUntilTheyAreBack) {
+  if (!fixture_->CanSwap()) GTEST_SKIP() << "nothing can be swapped here";
+  fixture_->Swap(0, expected_.size() - 1);
+  const Status refused = ring_->Reopen(In(seconds(3)));
+  ASSERT_FALSE(refused);
+  ExpectNamed(refused.error().Text(), 0);
+  ExpectNamed(refused.error().Text(), expected_.size() - 1);
+  ExpectUnusable(refused.error());
+  fixture_->Swap(0, expected_.size() - 1);
+  const Status reopened = ring_->Reopen(In(seconds(3)));
+  ASSERT_TRUE(reopened) << reopened.error().Text();
+  ASSERT_TRUE(ring_->Start(fixture_->level_rate()));
+  ExpectLevels(0, 3);
 }
 
 }  // namespace annulus::contract

@@ -55,6 +55,11 @@ class RangeRingFixture {
   virtual void Unplug(std::size_t /*board*/) {}
   /// Puts it back: it is a freshly started board now, possibly at another address, and may need a second to be ready.
   virtual void Replug(std::size_t /*board*/) {}
+
+  /// Whether Swap does something; the tests that need it are skipped otherwise.
+  [[nodiscard]] virtual bool CanSwap() const { return false; }
+  /// Two boards of an idle ring change places, as Reopen must notice; once more, and they are back.
+  virtual void Swap(std::size_t /*one*/, std::size_t /*other*/) {}
 };
 
 /// A named way to make a fixture; the parameter of the suite.
@@ -85,6 +90,8 @@ class RangeRingContract : public testing::TestWithParam<RangeRingCase> {
   void ExpectRanges(const RingLevel& level) const;
   /// Reads this board's clock a few times and expects each answer between its bounds.
   void ExpectClock(std::size_t board);
+  /// Expects that the ring, whose Reopen was refused with this error, starts and asks nothing until it is opened again.
+  void ExpectUnusable(const Error& refused);
   /// Expects the text to name this board by its serial number.
   void ExpectNamed(const std::string& text, std::size_t board) const;
 

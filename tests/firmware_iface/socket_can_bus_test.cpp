@@ -6,10 +6,14 @@
 
 #include "firmware_iface/can_bus.h"
 #include "firmware_iface/can_netlink.h"
+#include "firmware_iface/socket_can_codec.h"
 
 namespace annulus {
 namespace {
 
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
 using testing::AnyOf;
 using testing::HasSubstr;
 
@@ -38,6 +42,41 @@ TEST(SocketCanBus, ReadsNoLinkOfAnInterfaceThatIsNoCan) {
     EXPECT_EQ(link.error().fault, CanFault::kGone);
   }
   EXPECT_FALSE(RestartCanLink("annulus-none"));
+}
+
+/// A frame read at 100 s of the host's clock from a socket that was last empty `waited` ago, as `age` old by the wall
+/// clock, which stands elsewhere.
+nanoseconds AgeOf(nanoseconds age, nanoseconds waited) {
+  SocketCanTimes times;
+  times.wall_now = seconds(1'700'000'000);
+  times.stamp = times.wall_now - age;
+  times.now = seconds(100);
+  times.empty_since = times.now - waited;
+  return times.now - ArrivalOf(times);
+}
+
+TEST(SocketCanArrival, IsWhenTheKernelStampedTheFrame) {
+  EXPECT_EQ(AgeOf(nanoseconds(0), milliseconds(1)), nanoseconds(0));
+  EXPECT_EQ(AgeOf(nanoseconds(123'456), milliseconds(1)), nanoseconds(123'456));
+  EXPECT_EQ(AgeOf(milliseconds(1999), seconds(2)), milliseconds(1999)) << "a host that was away for 2 s";
+}
+
+TEST(SocketCanArrival, IsTheReadingWhenTheWallClockWasSetInBetween) {
+  EXPECT_EQ(AgeOf(milliseconds(-1), seconds(2)), nanoseconds(0)) << "set back";
+  EXPECT_EQ(AgeOf(seconds(-3600), seconds(2)), nanoseconds(0));
+  EXPECT_EQ(AgeOf(milliseconds(1000) + nanoseconds(100'000), milliseconds(20)), nanoseconds(0)) << "1 s forward";
+  EXPECT_EQ(AgeOf(milliseconds(9900), milliseconds(20)), nanoseconds(0));
+  EXPECT_EQ(AgeOf(seconds(3600), seconds(7200)), nanoseconds(0)) << "no queue is an hour long";
+}
+
+TEST(SocketCanArrival, IsNeverBeforeTheSocketWasEmpty) {
+  // The wall clock runs 0.05 % faster while it is slewed: 2.001 s of it in 2 s.
+  EXPECT_EQ(AgeOf(milliseconds(2001), seconds(2)), seconds(2));
+  for (int forward_us = 0; forward_us < 5'000'000; forward_us += 777) {
+    const nanoseconds age = AgeOf(std::chrono::microseconds(forward_us), milliseconds(40));
+    EXPECT_GE(age, nanoseconds(0));
+    EXPECT_LE(age, milliseconds(40));
+  }
 }
 
 TEST(CanBusTexts, SayWhatHappened) {

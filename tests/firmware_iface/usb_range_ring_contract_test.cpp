@@ -1,5 +1,12 @@
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "sim/faulty_usb_port.h"
 #include "sim/usb_host_model.h"
+#include "tests/firmware_iface/forwarding_usb_port.h"
 #include "tests/firmware_iface/range_ring_contract.h"
 #include "tests/sim/booth_fixture.h"
 
@@ -11,11 +18,18 @@ using std::chrono::milliseconds;
 /// The boards of the simulated booth through ports that never close, in virtual time.
 class BorrowedPorts : public RangeRingFixture {
  public:
-  BorrowedPorts() : booth_(Options()) {}
+  BorrowedPorts() : booth_(Options()) {
+    for (UsbPort* port : booth_.usb_ports()) {
+      ports_.push_back(std::make_unique<ForwardingUsbPort>(*port));
+      first_sensors_.push_back(static_cast<std::uint16_t>(15 * first_sensors_.size()));
+    }
+  }
 
   Clock& clock() override { return booth_.clock(); }
   Result<std::unique_ptr<RangeRing>> Make() override {
-    return MakeUsbRangeRing(booth_.usb_ports(), {}, booth_.clock());
+    std::vector<UsbPort*> ports;
+    for (const auto& port : ports_) ports.push_back(port.get());
+    return MakeUsbRangeRing(ports, {}, booth_.clock());
   }
   [[nodiscard]] std::vector<Board> boards() const override {
     std::vector<Board> boards;
@@ -29,6 +43,20 @@ class BorrowedPorts : public RangeRingFixture {
                                                                    std::chrono::nanoseconds host) const override {
     return booth_.board(board).DeviceTime(host);
   }
+  [[nodiscard]] bool CanSwap() const override { return true; }
+  /// By what they say of themselves: a port that never closes is always at the same place.
+  void Swap(std::size_t one, std::size_t other) override {
+    std::swap(first_sensors_.at(one), first_sensors_.at(other));
+    for (const std::size_t board : {one, other}) {
+      ports_[board]->on_control_in = [this, board](UsbRequest request, std::vector<std::byte>& reply) {
+        if (request.request != static_cast<std::uint8_t>(BoardRequest::kIdentify)) return;
+        BoardIdentity identity = DecodeBoardIdentity(reply).value();
+        identity.first_sensor = first_sensors_[board];
+        const auto bytes = EncodeBoardIdentity(identity);
+        reply.assign(bytes.begin(), bytes.end());
+      };
+    }
+  }
 
  protected:
   [[nodiscard]] sim::Booth& booth() { return booth_; }
@@ -41,6 +69,8 @@ class BorrowedPorts : public RangeRingFixture {
   }
 
   mutable sim::Booth booth_;
+  std::vector<std::unique_ptr<ForwardingUsbPort>> ports_;
+  std::vector<std::uint16_t> first_sensors_;  ///< What each board says.
 };
 
 /// The same boards on a bus where they can be unplugged, through ports of which `plan` says how they lie.
@@ -60,11 +90,22 @@ class SimulatedBus final : public BorrowedPorts {
   [[nodiscard]] bool CanUnplug() const override { return true; }
   void Unplug(std::size_t board) override { host_.UnplugAt(board, clock().Now()); }
   void Replug(std::size_t board) override { host_.PlugAt(board, clock().Now() + milliseconds(300), milliseconds(900)); }
+  [[nodiscard]] bool CanSwap() const override { return true; }
+  void Swap(std::size_t one, std::size_t other) override {
+    for (const std::size_t board : {one, other}) Unplug(board);
+    for (const std::size_t board : {one, other}) host_.PlugAt(board, clock().Now());
+    clock().SleepUntil(clock().Now() + milliseconds(1));
+    std::swap(sockets_.at(one), sockets_.at(other));
+    for (const std::size_t board : {one, other}) {
+      host_.SetIdentity(board, "RB" + std::to_string(boards()[board].serial), "1-1." + std::to_string(sockets_[board]));
+    }
+  }
 
  private:
   std::uint64_t ports_ = 0;
   sim::UsbFaultLog log_;
   sim::UsbHostModel host_;
+  std::array<int, sim::Booth::kBoards> sockets_{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  ///< Of each board.
 };
 
 /// Faults that a ring must bear without anybody noticing.

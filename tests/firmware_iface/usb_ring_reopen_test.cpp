@@ -99,6 +99,32 @@ TEST_F(UsbRangeRingFaults, B9_ABoardThatStaysForbiddenIsNamedWithWhatTheSystemSa
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().Text(), HasSubstr("RB1003"));
   EXPECT_THAT(opened.error().Text(), HasSubstr("ACCESS"));
+  EXPECT_THAT(opened.error().advice, HasSubstr("udev rule of docs/booth.md"));
+}
+
+TEST_F(UsbRangeRingFaults, B9_ABoardWhoseSerialNumberCanNotBeReadIsNamedByItsPort) {
+  host_.UnplugAt(4, Now());
+  host_.PlugAt(4, Now(), seconds(100));
+  booth_.clock().SleepUntil(Now() + seconds(60));
+  ASSERT_TRUE(host_.List());
+  host_.SetIdentity(4, "", "1-1.5");
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().attempted, "open the ring board at port 1-1.5");
+  host_.UnplugAt(4, Now());
+  const auto port = host_.Open({kRingBoardVendor, kRingBoardProduct, "", "1-1.5"});
+  ASSERT_FALSE(port);
+  EXPECT_EQ(port.error().detail, "no ring board at port 1-1.5 is plugged in");
+}
+
+TEST_F(UsbRangeRingFaults, ABoardThatAnotherProgramUsesIsNamedAsSuch) {
+  const auto used = host_.Open(booth_.board(7).identity());
+  ASSERT_TRUE(used);
+  const Status opened = Open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().attempted, "open the ring board RB1008 at port 1-1.8");
+  EXPECT_THAT(opened.error().seen, HasSubstr("in use"));
+  EXPECT_EQ(opened.error().advice, "end the other program that uses the ring");
 }
 
 TEST_F(UsbRangeRingFaults, B10_TwoBoardsOfOneSerialNumberAreRefusedAndAllAreListed) {
@@ -195,9 +221,37 @@ TEST(UsbRangeRingStop, TakesASecondAtMostThoughNoBoardAnswers) {
   const Status stopped = (*ring)->Stop();
   EXPECT_LE(booth.clock().Now() - begin, seconds(1));
   ASSERT_FALSE(stopped);
-  EXPECT_THAT(stopped.error().Text(), HasSubstr("ring board 1001"));
+  for (std::size_t board = 0; board < sim::Booth::kBoards; ++board) {
+    EXPECT_THAT(stopped.error().seen, HasSubstr("ring board " + std::to_string(1001 + board))) << "told as not stopped";
+  }
   EXPECT_EQ((*ring)->state(), RangeRing::State::kIdle);
   for (UsbPort* port : borrowed) EXPECT_EQ(port->in_flight(), 0U);
+}
+
+TEST(UsbRangeRingStop, ReachesEveryBoardThatListensThoughFiveOthersHang) {
+  sim::Booth booth(sim::CylinderBooth());
+  std::vector<std::unique_ptr<DeafPort>> ports;
+  std::vector<UsbPort*> borrowed;
+  for (UsbPort* port : booth.usb_ports()) {
+    ports.push_back(std::make_unique<DeafPort>(*port, booth.clock()));
+    borrowed.push_back(ports.back().get());
+  }
+  auto ring = MakeUsbRangeRing(borrowed, {}, booth.clock());
+  ASSERT_TRUE(ring);
+  ASSERT_TRUE((*ring)->Start(kRate));
+  // The board of sensor 0 is among them: SYNC goes on.
+  for (std::size_t board = 0; board < 5; ++board) ports[board]->deaf = true;
+  const Status stopped = (*ring)->Stop();
+  ASSERT_FALSE(stopped);
+  for (std::size_t board = 0; board < sim::Booth::kBoards; ++board) {
+    const std::string name = "ring board " + std::to_string(1001 + board);
+    EXPECT_EQ(stopped.error().seen.find(name) != std::string::npos, board < 5) << name;
+    // What it measures from now on comes within some levels.
+    ASSERT_TRUE(booth.board(board).SubmitBulkIn(kLevelEndpoint, kTransferBytes));
+    const auto level = booth.board(board).WaitCompletion(booth.clock().Now() + 5 * kPeriod);
+    EXPECT_EQ(level.has_value(), board < 5) << name;
+  }
+  EXPECT_THAT(stopped.error().advice, HasSubstr("supply off"));
 }
 
 /// Boards that take a level rate far above the real ones'.
