@@ -346,7 +346,10 @@ Error ScanRun::Abort(const Error& error) {
     worst.seen += "; then the axis did not confirm that it stopped (" + stopped.error().seen + ")";
     worst.advice = "press the emergency stop; then " + worst.advice;
   }
-  static_cast<void>(ring_.Stop());
+  if (const Status quiet = ring_.Stop(); !quiet) {
+    worst.seen += "; then the ring did not stop (" + quiet.error().seen + ")";
+    worst.advice += "; " + quiet.error().advice;
+  }
   // The sink may be what failed; the error is returned in any case.
   static_cast<void>(Note("stopped by an error: " + worst.Text()));
   return worst;

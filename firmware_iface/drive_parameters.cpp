@@ -7,6 +7,10 @@
 namespace annulus {
 namespace {
 
+constexpr double kLongestTravelMm = 5000.0;
+constexpr double kHighestSpeedMmS = 2000.0;
+constexpr double kHighestAccelerationMmS2 = 20'000.0;
+
 /// A number as messages show it: no zeros behind the last digit.
 std::string Shown(double value) {
   char text[32];
@@ -76,7 +80,16 @@ Status CheckDriveParameters(const DriveParameters& parameters, const ModbusAxisO
   }
   const AxisLimits& limits = identity.limits;
   if (!(limits.z_min < limits.z_max) || !(limits.max_speed.value() > 0.0) || !(limits.max_acceleration.value() > 0.0)) {
-    return Fail(attempted, "its travel, speed and acceleration limits make no sense", "set the drive's limits");
+    return Fail(attempted, "its travel, speed and acceleration limits make no sense",
+                "set the drive's limits, or declared_… of [axis.register_map] where it does not tell them");
+  }
+  // No axis that carries a ring over a person is so long or so fast: a wrong order of words, or a wrong unit.
+  if ((limits.z_max - limits.z_min).value() > kLongestTravelMm || limits.max_speed.value() > kHighestSpeedMmS ||
+      limits.max_acceleration.value() > kHighestAccelerationMmS2) {
+    return Fail(attempted,
+                "it says " + Shown(limits.z_min.value()) + " to " + Shown(limits.z_max.value()) + " mm, " +
+                    Shown(limits.max_speed.value()) + " mm/s, " + Shown(limits.max_acceleration.value()) + " mm/s^2",
+                "check word_order and units_per_… of [axis.register_map], then the drive's limits");
   }
   RETURN_IF_ERROR(CheckHeartbeat(attempted, parameters.heartbeat_ms));
   if (!parameters.start_window_ms) return {};

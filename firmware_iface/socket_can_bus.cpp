@@ -223,7 +223,7 @@ std::string AdviceFor(const std::string& name, const CanFailure& failure) {
   if (failure.fault == CanFault::kDown) {
     return "bring it up: ip link set " + name + " up type can bitrate 1000000 restart-ms 1000";
   }
-  if (failure.fault == CanFault::kGone) return "check [ring] can_buses and the adapter; `ip link` lists what is there";
+  if (failure.fault == CanFault::kGone) return "check can of [ring] and the adapter; `ip link` lists what is there";
   return "check the adapter and the rights of this user";
 }
 
@@ -232,7 +232,7 @@ std::string AdviceFor(const std::string& name, const CanFailure& failure) {
 Result<std::unique_ptr<CanBus>> OpenSocketCan(const std::string& name, Clock& clock) {
   const std::string attempted = "open CAN interface " + name;
   if (name.empty() || name.size() >= IFNAMSIZ) {
-    return Fail(attempted, "no interface has such a name", "correct [ring] can_buses");
+    return Fail(attempted, "no interface has such a name", "correct can of [ring]");
   }
   const nanoseconds before = clock.Now();
   auto bound = BindTo(name);

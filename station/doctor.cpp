@@ -59,9 +59,8 @@ void CheckUsb(const Config& config, std::vector<DoctorItem>& items) {
     if (port) {
       group.Ok(name, "ring board " + board.serial);
     } else {
-      group.Problem(
-          name, "ring board " + board.serial + ": " + UsbStatusText(port.error().status) + " " + port.error().detail,
-          "install the udev rules of docs/booth.md, and end other programs that use the ring");
+      group.Problem(name, DeviceName(board) + ": " + UsbStatusText(port.error().status) + " " + port.error().detail,
+                    "install the udev rules of docs/booth.md, and end other programs that use the ring");
     }
   }
 }

@@ -96,6 +96,10 @@ class Doctor(ProgramTest):
         problems = self.problems('[interlock]\nchip = "booth-io"\n')
         self.assertIn("interlock lines", problems)
 
+    def test_a_wrong_order_of_words_is_found_before_anything_moves(self):
+        problems = self.problems('[axis.register_map]\nword_order = "low_first"\n')
+        self.assertIn("check word_order and units_per", problems["axis drive"])
+
     def test_bad_links_and_lines_are_named_with_their_line(self):
         for toml, naming in (
             ('[axis]\nlink = "tcp:host"\n', ["line 2", "axis.link"]),
