@@ -25,7 +25,7 @@ TEST(SocketCanBus, SaysWhatIsMissingAndWhatToDo) {
     EXPECT_THAT(bus.error().attempted, HasSubstr("open CAN interface"));
     EXPECT_FALSE(bus.error().seen.empty());
     EXPECT_THAT(bus.error().advice, AnyOf(HasSubstr("modules can and can_raw"), HasSubstr("ip link"),
-                                          HasSubstr("can_buses"), HasSubstr("adapter")));
+                                          HasSubstr("can of [ring]"), HasSubstr("adapter")));
   }
 }
 

@@ -37,10 +37,11 @@ def check(where):
     assert code == 0, said
     values, said, code = poll(where, "-a", "1", "-t", "4", "-r", "3", "-c", "4")
     assert code == 0 and list(values.values()) == ["1", "2", "3", "4"], said
-    # No such register; coils and input registers there are none of.
-    for options in (("-t", "4", "-r", str(0x0118)), ("-t", "3", "-r", "0"), ("-t", "0", "-r", "0")):
+    # No such register; functions of input registers and coils are not there.
+    for options, refused in ((("-t", "4", "-r", str(0x0118)), "Illegal data address"),
+                             (("-t", "3", "-r", "0"), "Illegal function"), (("-t", "0", "-r", "0"), "Illegal function")):
         _, said, _ = poll(where, "-a", "1", *options)
-        assert "Illegal data address" in said, (options, said)
+        assert refused in said, (options, said)
 
 
 for transport in ("tcp", "rtu"):
