@@ -108,7 +108,7 @@ int OpenAs(gid_t group) {
     if (!host) ::_exit(2);
     const auto port = (*host)->Open({0x1209, 0xA180, SerialOf(0), ""});
     if (port) ::_exit(0);
-    ::_exit(port.error().detail.find("denied") != std::string::npos ? 1 : 2);
+    ::_exit(port.error().status == UsbStatus::kNoAccess ? 1 : 2);
   }
   int status = 0;
   ::waitpid(child, &status, 0);
