@@ -105,7 +105,8 @@ UsbResult<void> RingBoardModel::ControlOut(UsbRequest request, std::span<const s
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kArm: {
       const auto rate = DecodeLevelRate(data);
-      if (!rate || *rate < kBoardMinLevelRateMhz || *rate > options_.max_level_rate_mhz) return FailWith(UsbStatus::kStall);
+      if (!rate || *rate < kBoardMinLevelRateMhz || *rate > options_.max_level_rate_mhz)
+        return FailWith(UsbStatus::kStall);
       level_rate_mhz_ = *rate;
       armed_ = true;
       core_.StartRun();

@@ -1,10 +1,11 @@
+#include "modeling/measure/slab.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "modeling/measure/section.h"
-#include "modeling/measure/slab.h"
 #include "tests/modeling_measure/interpolated_body.h"
 
 namespace annulus {
