@@ -42,6 +42,10 @@ Status CheckPlaces(const MeasuredSurface& body, const SurfacePlace& from, const 
     if (!(body.surface().Radius(place.theta, place.z) > 0.0)) {
       return Fail(attempted, "the surface reaches the ring's axis at " + PlaceText(place), "choose another place");
     }
+    // A tape may leave the surface at once: what its path touches does not tell of its ends.
+    if (body.KnowledgeAt(place.theta, place.z) == Knowledge::kUnknown) {
+      return Fail(attempted, "the surface at " + PlaceText(place) + " was not seen", "choose a place that was scanned");
+    }
   }
   return {};
 }
