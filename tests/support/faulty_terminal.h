@@ -91,8 +91,8 @@ class FaultyTerminal {
     Bytes whole = std::exchange(stuck_, {});
     for (std::size_t i = 0; i < fate.garbage; ++i) whole.push_back(static_cast<std::uint8_t>(37 * i + 5));
     if (fate.damaged) reply[reply.size() / 2] ^= 0x10U;
-    reply.resize(reply.size() - std::min(reply.size(), fate.missing));
-    whole.insert(whole.end(), reply.begin(), reply.end());
+    const auto missing = static_cast<std::ptrdiff_t>(std::min(reply.size(), fate.missing));
+    whole.insert(whole.end(), reply.begin(), reply.end() - missing);
     if (fate.merged) {
       stuck_ = std::move(whole);
       return;
