@@ -22,7 +22,8 @@ function(annulus_test folder)
   target_compile_definitions(${folder}_test PRIVATE ANNULUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                              ANNULUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
   add_test(NAME unit_${folder} COMMAND ${folder}_test)
-  set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600)
+  set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600
+                       ENVIRONMENT "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")
 endfunction()
 
 # annulus_threads_test(<folder> <filter>): the tests of a folder that run threads, for the thread sanitizer only.
