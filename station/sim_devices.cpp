@@ -1,5 +1,7 @@
 #include "station/sim_devices.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
@@ -159,7 +161,7 @@ Status ServedBooth::RedirectBoards(const std::string& folder) {
   for (UsbPort* board : booth_.usb_ports()) {
     // Serial numbers are "RB1001" on USB, 1001 elsewhere.
     const std::string serial = board->identity().serial.substr(2);
-    redirected_.push_back({board, folder + "/" + serial + ".sock", nullptr});
+    redirected_.push_back({board, fmt::format("{}/{}.sock", folder, serial), nullptr});
     endpoints_.push_back({"board " + serial, "usbredir", redirected_.back().path});
   }
   return {};
