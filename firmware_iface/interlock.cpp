@@ -92,7 +92,7 @@ class GpioInterlock final : public Interlock {
         return Fail(attempted, "the enable relay has not dropped out yet", "wait; if it stays on, a contact is welded");
       }
     }
-    const Status written = Write(output, level);
+    Status written = Write(output, level);
     // It may have been switched on all the same.
     if (!written && level && IsHeldSafe(output)) (void)Write(output, false);
     return written;
