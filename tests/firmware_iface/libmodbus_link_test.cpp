@@ -172,6 +172,49 @@ TEST(LibmodbusLink, SendsARequestOnceHoweverLongNobodyAnswers) {
   EXPECT_EQ(lost.error().fault, ModbusFault::kLinkLost);
 }
 
+/// A request of the axis as docs/wire_protocol.md §4 prints it, and a reply.
+struct GoldenExchange {
+  ModbusFraming framing;
+  const char* request;
+  const char* reply;
+};
+// Made with Python: pdu = struct.pack('>BHHHHBH', 0x17, 0x0100, 8, 0, 1, 2, 0x1234); reply = struct.pack('>BB8H', 0x17,
+// 16, 0x1234, 0x0237, 0, 0x000F, 0x4240, 1, 0x86A0, 1); TCP: struct.pack('>HHHB', 1, 0, len(pdu) + 1, 1) + pdu; RTU:
+// b'\x01' + pdu + CRC-16 (polynomial A001h reflected, start FFFFh, low byte first).
+constexpr std::array<GoldenExchange, 2> kGolden{
+    {{ModbusFraming::kTcp, "00010000000d01170100000800000001021234",
+      "000100000013011710123402370000000f4240000186a00001"},
+     {ModbusFraming::kRtu, "011701000008000000010212349d4f", "011710123402370000000f4240000186a0000100d5"}}};
+
+std::vector<std::uint8_t> FromHex(const std::string& text) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i + 1 < text.size(); i += 2) {
+    bytes.push_back(static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
+  }
+  return bytes;
+}
+
+TEST(LibmodbusLink, SpeaksTheGoldenBytesOfBothFramings) {
+  for (const GoldenExchange& golden : kGolden) {
+    std::array<int, 2> ends{};
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
+    auto link = AdoptModbusDescriptor(ends[0], golden.framing, 1);
+    ASSERT_TRUE(link) << link.error().Text();
+    const std::vector<std::uint8_t> answer = FromHex(golden.reply);
+    ASSERT_EQ(::write(ends[1], answer.data(), answer.size()), static_cast<ssize_t>(answer.size()));
+    const auto reply =
+        (*link)->Transact({ModbusFunction::kWriteReadRegisters, 0x0000, {0x1234}, 0x0100, 8}, milliseconds(5000));
+    ASSERT_TRUE(reply) << ModbusFailureText(reply.error());
+    EXPECT_EQ(*reply, (std::vector<std::uint16_t>{0x1234, 0x0237, 0, 0x000F, 0x4240, 1, 0x86A0, 1}));
+    std::vector<std::uint8_t> sent(64);
+    const ssize_t size = ::recv(ends[1], sent.data(), sent.size(), 0);
+    ASSERT_GT(size, 0);
+    sent.resize(static_cast<std::size_t>(size));
+    EXPECT_EQ(sent, FromHex(golden.request));
+    ::close(ends[1]);
+  }
+}
+
 /// Refuses everything with one exception code.
 class RefusingDevice final : public ModbusLink {
  public:
