@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "acquisition/scan.h"
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 #include "base/result.h"
 #include "base/storage.h"
 
@@ -39,7 +39,7 @@ struct RecordingOptions {
 /// Writes the recording of one scan while it is taken (docs/formats.md). The file has a temporary name until Finish();
 /// if the program dies, or the writer goes away unfinished, that file stays and ReadRecording reads it. The first
 /// failure is final: later calls repeat it. Thread-bound.
-class RecordingWriter final : public LevelSink {
+class RecordingWriter final : public ScanSink {
  public:
   /// Creates the temporary file beside `path` and makes `header` durable before it returns. Borrows `storage`.
   static Result<RecordingWriter> Create(Storage& storage, const std::string& path, const ScanHeader& header,

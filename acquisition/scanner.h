@@ -2,62 +2,128 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "acquisition/scan.h"
-#include "acquisition/scan_plan.h"
+#include "acquisition/bus_tap.h"
+#include "acquisition/recording.h"
+#include "acquisition/scan_gate.h"
+#include "acquisition/scan_machine.h"
+#include "acquisition/scan_run.h"
 #include "base/clock.h"
-#include "base/progress.h"
 #include "base/result.h"
+#include "base/storage.h"
+#include "firmware_iface/interlock.h"
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/scan_axis.h"
 
 namespace annulus {
 
-/// Where a running scan puts what it takes. A failure stops the scan.
-class LevelSink {
+/// The booth's devices, opened and identified. Borrowed; only the scanner calls them from its making on. Ring, axis and
+/// tap belong to the worker thread, the interlock to the control thread.
+struct ScannerDevices {
+  RangeRing& ring;
+  ScanAxis& axis;
+  Interlock& interlock;
+  BusTap* tap = nullptr;  ///< Null: no raw bytes are recorded.
+};
+
+/// One of the checks before a scan.
+struct ArmCheck {
+  std::string name;  ///< "homed", "boards", "disk"
+  Status result;
+};
+struct ArmReport {
+  std::vector<ArmCheck> checks;            ///< All of them, also after the first that failed.
+  std::vector<std::string> plan_adjusted;  ///< Why the plan is not what was asked for.
+  [[nodiscard]] bool passed() const;
+};
+
+/// How a scan, or a search, ended.
+struct ScanResult {
+  std::uint64_t number = 0;  ///< Of the scan since the program started, 1 first.
+  Status status;             ///< An error if it did not come to its end, except by Cancel.
+  ScanPlan plan;
+  ScanSummary summary;
+  bool complete = false;           ///< Every level of the plan, durable (I10).
+  bool recorded = false;           ///< There is a file.
+  std::string recording;           ///< Its path; of an interrupted scan, too.
+  std::optional<Millimetres> top;  ///< Of a search.
+};
+
+/// What anybody may know.
+struct ScannerStatus {
+  ScanState state = ScanState::kSafe;
+  std::uint64_t version = 0;
+  bool homed = false;
+  std::vector<ScanCause> causes;       ///< Latched, the first one first.
+  std::string held_by;                 ///< Why the chain holds the outputs, if it does.
+  std::vector<InterlockNotice> chain;  ///< What is wrong with the chain.
+  std::vector<std::string> warnings;   ///< What stops nothing: late ticks, a slow disk, lamps.
+  std::string job;                     ///< What the worker does: "", "home", "arm", "scan", "jog", "recover".
+  std::string stage;                   ///< Of it, for people.
+  double done = 0.0;                   ///< Of `total` units of the stage.
+  double total = 0.0;
+  double z_mm = 0.0;                         ///< Carriage; meaningless unless homed.
+  std::optional<ArmReport> arm;              ///< Of the last order to arm.
+  std::optional<ScanResult> scan;            ///< The last one that ended.
+  std::chrono::nanoseconds longest_tick{0};  ///< Between two ticks, since the start.
+};
+
+struct ScannerOptions {
+  RecordingOptions recording;
+  std::size_t single_dead_sensors = 2;  ///< So many sensors that never see anything, not adjacent, are put up with.
+  double jog_speed_mm_s = 20.0;         ///< Service speed.
+  /// Told every level as it is taken, on the worker thread; must return quickly. May be empty.
+  std::function<void(const ScanLevel&)> on_level;
+};
+
+/// Runs the booth: the state machine (scan_machine.h) with its devices. Two threads call it:
+///
+///     control thread   Tick() every 10 ms. Reads the interlock, takes what it says to the machine, sets the lines that
+///                      the machine wants, watches deadlines and threads, beats for the watchdog relay. Waits for
+///                      nothing.
+///     worker thread    Step() in a loop. Carries out orders on axis and ring, whose calls may take tenths of a second,
+///                      and looks at the axis when there is nothing to do.
+///
+/// In virtual time one thread does both: see InterleavedClock. Orders and status are for any thread. An order is an
+/// Error if the machine refuses it; otherwise its outcome is seen in the status. Nothing moves but by Home, Start and
+/// Jog.
+class Scanner {
  public:
-  virtual ~LevelSink() = default;
-  /// Levels in the order they were taken; called once per level.
-  virtual Status AppendLevel(const ScanLevel& level) = 0;
-  /// The carriage's track, in time order: host clock, and height in mm.
-  virtual Status AppendAxis(std::chrono::nanoseconds time, double z_mm) = 0;
-  /// What happened, in plain words, on the host's clock.
-  virtual Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) = 0;
+  /// Gate, storage and clock are borrowed. The devices' clock is a BeatClock over the same time (Beat()).
+  Scanner(ScannerDevices devices, ScanGate& gate, Storage& storage, Clock& clock, ScannerOptions options = {});
+  ~Scanner();
+  Scanner(const Scanner&) = delete;
+  Scanner& operator=(const Scanner&) = delete;
+
+  // Orders and status: any thread.
+  Status OrderHome();
+  Status OrderArm(ArmRequest request);
+  /// `version`: of the status that was looked at.
+  Status OrderStart(std::uint64_t version);
+  /// A controlled stop; success also when there is nothing to stop.
+  Status Cancel();
+  /// Ends a fault whose cause is gone; devices that were lost are opened again first.
+  Status Acknowledge(CauseRole role);
+  /// Moves at service speed for as long as it is called at least every scan_time::kJogBeat. `up`: away from the floor.
+  enum class JogDirection { kUp, kDown };
+  Status Jog(JogDirection direction);
+  [[nodiscard]] ScannerStatus status() const;
+
+  /// Control thread.
+  void Tick();
+  /// Worker thread: it lives. Called by the clock of the devices whenever a driver looks at the time or waits.
+  void Beat();
+  /// Worker thread: the next order, or one look at the axis; returns after the order, or at the next tick.
+  void Step();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
-
-/// How a scan went.
-struct ScanSummary {
-  bool cancelled = false;  ///< Stopped from outside; what was taken is kept.
-  std::uint32_t planned_levels = 0;
-  std::uint32_t levels = 0;           ///< Handed to the sink.
-  std::uint32_t missing_levels = 0;   ///< Planned levels of finished sweeps that no SYNC fell on.
-  std::uint32_t sweeps = 0;           ///< Finished.
-  std::chrono::nanoseconds start{0};  ///< Host clock of the first level.
-  std::chrono::nanoseconds end{0};    ///< Host clock when the axis was disabled.
-  std::uint64_t returns = 0;          ///< Readings that are a range.
-  std::uint64_t no_returns = 0;       ///< Readings that are none.
-  RingCounters ring;                  ///< Lost and rejected frames.
-  double worst_clock_bound_us = 0.0;  ///< Largest bound of a board's or the drive's clock, us.
-
-  /// One line for people.
-  [[nodiscard]] std::string BriefReport() const;
-};
-
-/// Runs a validated plan:
-///
-///     check ring -> enable -> home -> for each sweep: go to its start, wait for the right SYNC, sweep -> disable
-///
-/// The ring must be idle and the axis disabled; both are so again afterwards, whatever happens. Each board's stamp is
-/// brought to the host's clock and each reading gets the carriage's height at its own time. A stop request is a
-/// controlled stop: axis at rest and disabled, data kept, summary.cancelled. A device's or the sink's error is a
-/// quick stop; the Error says what to do. Fails before anything moves if the plan is not valid as it is.
-Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, LevelSink& sink, Clock& clock,
-                            const TaskContext& task);
-
-/// Height of the highest thing in the ring, found by a fast coarse sweep from the axis' top (5 mm per level). Same
-/// preconditions and stops as RunScan. Fails when nothing is found or on a stop request.
-Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task);
 
 }  // namespace annulus

@@ -4,7 +4,7 @@
 #include <stop_token>
 
 #include "acquisition/level_stamper.h"
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 
 namespace annulus {
 namespace {
@@ -18,7 +18,7 @@ constexpr double kSearchShare = 1.0 / 6.0;
 constexpr int kSearchLevels = 2;
 
 /// Asks for a stop as soon as levels in a row meet something.
-class TopFinder final : public LevelSink {
+class TopFinder final : public ScanSink {
  public:
   Status AppendLevel(const ScanLevel& level) override {
     if (top_) return {};

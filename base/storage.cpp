@@ -182,6 +182,14 @@ Status PosixStorage::CreateFolder(const std::string& path) {
   return {};
 }
 
+Result<std::uint64_t> PosixStorage::FreeBytes(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(folder, error);
+  if (error) return FailErrno("ask how much room is left for " + path, error.value());
+  return space.available;
+}
+
 std::string TemporaryName(const std::string& path) { return path + ".part-" + std::to_string(::getpid()); }
 
 namespace {

@@ -47,6 +47,8 @@ class Storage {
   }
   /// Creates a folder and its parents; success if it exists.
   virtual Status CreateFolder(const std::string& path) = 0;
+  /// Bytes that this program may still write to the disk that `path` (a file that may not exist yet) lies on.
+  virtual Result<std::uint64_t> FreeBytes(const std::string& path) = 0;
 };
 
 /// The real file system. Reentrant.
@@ -60,6 +62,7 @@ class PosixStorage final : public Storage {
   [[nodiscard]] std::string Resolve(const std::string& path) const override;
   Result<std::unique_ptr<AppendFile>> OpenDevice(const std::string& path) override;
   Status CreateFolder(const std::string& path) override;
+  Result<std::uint64_t> FreeBytes(const std::string& path) override;
 };
 
 /// Largest input file that any command reads: 4 GiB.

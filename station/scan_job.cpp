@@ -15,7 +15,7 @@ using std::chrono::nanoseconds;
 constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
 
 /// Passes what the scanner takes on to the recording.
-class RecordingSink final : public LevelSink {
+class RecordingSink final : public ScanSink {
  public:
   explicit RecordingSink(RecordingWriter& writer) : writer_(writer) {}
   Status AppendLevel(const ScanLevel& level) override { return writer_.AppendLevel(level); }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "acquisition/scan_plan.h"
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "base/storage.h"

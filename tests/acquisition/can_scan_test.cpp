@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 #include "tests/sim/booth_fixture.h"
 #include "tests/sim/cone_subject.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-class LevelList final : public LevelSink {
+class LevelList final : public ScanSink {
  public:
   Status AppendLevel(const ScanLevel& level) override {
     levels.push_back(level);

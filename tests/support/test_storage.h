@@ -65,6 +65,10 @@ class TestStorage final : public Storage {
   }
   [[nodiscard]] bool Exists(const std::string& path) const override { return files.contains(path); }
   Status CreateFolder(const std::string& path) override { return Call("create folder " + path); }
+  Result<std::uint64_t> FreeBytes(const std::string& path) override {
+    RETURN_IF_ERROR(Call("ask how much room is left for " + path));
+    return quota_bytes - std::min(quota_bytes, TotalBytes());
+  }
 
  private:
   class File final : public AppendFile {

@@ -1,4 +1,4 @@
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ class ScanRun {
     Clock& clock;
   };
 
-  ScanRun(Devices devices, const ScanPlan& plan, LevelSink& sink, const TaskContext& task)
+  ScanRun(Devices devices, const ScanPlan& plan, ScanSink& sink, const TaskContext& task)
       : ring_(devices.ring),
         axis_(devices.axis),
         clock_(devices.clock),
@@ -79,7 +79,7 @@ class ScanRun {
   ScanAxis& axis_;
   Clock& clock_;
   const ScanPlan& plan_;
-  LevelSink& sink_;
+  ScanSink& sink_;
   const TaskContext& task_;
   LevelStamper stamper_;
   const nanoseconds period_;
@@ -381,7 +381,7 @@ std::string ScanSummary::BriefReport() const {
   return text;
 }
 
-Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, LevelSink& sink, Clock& clock,
+Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, ScanSink& sink, Clock& clock,
                             const TaskContext& task) {
   RETURN_IF_ERROR(CheckReady(ring, axis, plan));
   ScanRun run({ring, axis, clock}, plan, sink, task);

@@ -1,4 +1,4 @@
-#include "acquisition/scanner.h"
+#include "acquisition/scan_run.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using testing::HasSubstr;
 constexpr double kRingRadiusMm = 600.0;
 
 /// Keeps everything in memory, and does something when a level comes.
-class MemorySink final : public LevelSink {
+class MemorySink final : public ScanSink {
  public:
   Status AppendLevel(const ScanLevel& level) override {
     levels.push_back(level);
