@@ -17,6 +17,7 @@ using In = InterlockInput;
 constexpr milliseconds kPoll{5};
 constexpr milliseconds kRampTime{400};   ///< From the highest speed to rest, on the normal ramp.
 constexpr milliseconds kPowerTime{900};  ///< Relay, drop-out of the last time included.
+constexpr milliseconds kBrakeTime{300};      ///< From the drive's brake output to the switch.
 constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the drive's inputs.
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
@@ -152,7 +153,25 @@ Status Scanner::State::BringToRest() {
       if (moving) devices.clock.SleepUntil(devices.clock.Now() + kPoll);
     }
   }
-  return axis.Disable();
+  RETURN_IF_ERROR(axis.Disable());
+  return AwaitBrake();
+}
+
+Status Scanner::State::AwaitBrake() {
+  for (const nanoseconds deadline = devices.clock.Now() + kBrakeTime;;) {
+    {
+      const std::scoped_lock lock(mutex);
+      if (!reading[In::kBrakeFeedback]) return {};
+    }
+    const nanoseconds now = devices.clock.Now();
+    if (now >= deadline) {
+      const Error error{"wait for the brake", "it says that it is released though the drive is disabled",
+                        "secure the carriage; check brake and its switch"};
+      OnFault({CauseCode::kBrakeSlip, error.seen, error.advice, now});
+      return tl::unexpected<Error>(error);
+    }
+    devices.clock.SleepUntil(now + kPoll);
+  }
 }
 
 void Scanner::State::StopHard() {
@@ -511,17 +530,17 @@ Status Scanner::State::MayMove() {
 
 Status Scanner::State::AwaitPower() {
   const nanoseconds deadline = devices.clock.Now() + kPowerTime;
-  std::optional<nanoseconds> since;
+  nanoseconds ready = nanoseconds::max();  // when the contacts behind the feedback have closed, too
   while (true) {
     {
       const std::scoped_lock lock(mutex);
       if (!machine.may_move()) return Fail("give the axis power", "a stop is demanded", "remove its cause first");
       const bool on = reading[In::kEnableFeedback] && enable_ordered;
-      if (!on) since.reset();
-      if (on && !since) since = devices.clock.Now();
+      if (!on) ready = nanoseconds::max();
+      if (on && ready == nanoseconds::max()) ready = clock.Now() + kContacts;
     }
     const nanoseconds now = devices.clock.Now();
-    if (since && now - *since >= kContacts) return {};
+    if (now >= ready) return {};
     if (now >= deadline) {
       const Error error{"give the axis power", "the enable relay did not pull in",
                         "check the safety chain, then press the reset button"};

@@ -71,6 +71,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status ReopenDevices(std::chrono::nanoseconds patience);
   /// Axis at rest, without power, brake closing; after an error by the shortest way.
   Status BringToRest();
+  Status AwaitBrake();
   void StopHard();
   /// What the control thread has written down goes into the recording, if there is one.
   Status DrainLogs();
