@@ -60,9 +60,6 @@ std::size_t PairsVisited(const VisitCounts& visits) {
   return pairs;
 }
 
-// --- every reachable state
-// --------------------------------------------------------------------------------------------
-
 /// From a state, by an event, to the next one.
 using Edge = std::tuple<State, Kind, State>;
 
@@ -229,9 +226,6 @@ TEST(ScanMachineSearch, EveryReachableStateKeepsEveryRule) {
                                     {State::kIdle, Kind::kJogOrdered, State::kJog}}))
       << "I1: motion begins otherwise than by an order";
 }
-
-// --- random walk
-// ------------------------------------------------------------------------------------------------------
 
 TEST(ScanMachineWalk, FiveMillionEventsBreakNoRule) {
   const std::uint64_t events = IsLong() ? 50'000'000 : kSlow ? 300'000 : 5'000'000;

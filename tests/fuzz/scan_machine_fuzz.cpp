@@ -10,7 +10,7 @@
 // whatever times, the machine breaks none of its rules.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using Session = annulus::test::MachineSession<annulus::ScanMachine>;
-  constexpr std::size_t kMostOperations = 16;  // twice what the deepest state needs, from a fresh machine
+  constexpr std::size_t kMostOperations = 12;  // the deepest state needs eight
   Session session;
   const std::size_t operations = std::min(size / 2, kMostOperations);
   for (std::size_t i = 0; i < operations; ++i) {
