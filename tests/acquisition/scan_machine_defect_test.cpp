@@ -42,7 +42,7 @@ class DefectiveMachine {
   explicit DefectiveMachine(const Defect& defect) : defect_(&defect), seen_(LookAt(machine_)) {}
 
   Status Handle(const ScanEvent& event) {
-    const Status status = defect_->handle ? defect_->handle(machine_, event) : machine_.Handle(event);
+    Status status = defect_->handle ? defect_->handle(machine_, event) : machine_.Handle(event);
     MachineView view = LookAt(machine_);
     if (defect_->look) defect_->look(view, seen_);
     seen_ = view;
@@ -146,7 +146,7 @@ Defect Then(std::string name, Kind kind, Kind next) {
   Defect defect;
   defect.name = std::move(name);
   defect.handle = [=](ScanMachine& machine, ScanEvent event) {
-    const Status status = machine.Handle(event);
+    Status status = machine.Handle(event);
     if (event.kind != kind || !status) return status;
     event.kind = next;
     event.version = machine.version();

@@ -108,9 +108,9 @@ std::vector<ScanEvent> Alphabet() {
     events.push_back(Event(Kind::kAcknowledged));
     events.back().role = role;
   }
-  // The version is set when the event is handed over: 0 becomes the present one, 1 the one before.
+  // The version is set when the event is handed over: 0 becomes the present one, 1 the one before, -1 the one after.
   for (const int longest : {0, 300}) {
-    for (const std::uint64_t age : {0, 1}) {
+    for (const std::uint64_t age : {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0}}) {
       events.push_back(Event(Kind::kStarted));
       events.back().version = age;
       events.back().longest = milliseconds(longest);

@@ -34,7 +34,7 @@ TEST(ScanMachineTable, EveryCellDoesWhatTheHeaderDraws) {
     SCOPED_TRACE(ScanEventText(kind));
     ForEveryState([&](State state) {
       ScanMachine machine = In(state);
-      const std::string cell = table.At(state, kind);
+      const std::string& cell = table.At(state, kind);
       ASSERT_FALSE(cell.empty()) << "not drawn";
       EXPECT_EQ(machine.MayOrder(kind).has_value(), cell != "no");
       const Status status = Do(machine, Event(kind));
@@ -197,6 +197,7 @@ TEST(ScanMachine, DiffersWeldedAndSlippingNeedService) {
     EXPECT_THAT(Codes(machine), ElementsAre(code, CauseCode::kStorage));
     EXPECT_TRUE(Do(machine, Event(Kind::kAcknowledged)));
     EXPECT_EQ(machine.state(), State::kIdle);
+    EXPECT_TRUE(machine.causes().empty());
   }
 }
 
@@ -228,6 +229,9 @@ TEST(ScanMachine, WakesSafeFromEveryState) {
   ScanMachine fresh;
   ASSERT_TRUE(Do(fresh, Event(Kind::kAwoke, CauseCode::kInternal)));
   EXPECT_TRUE(fresh.causes().empty()) << "the start of the process is no fault";
+  ScanMachine homed = In(State::kIdle);
+  ASSERT_TRUE(Do(homed, Event(Kind::kAwoke, CauseCode::kInternal)));
+  EXPECT_FALSE(homed.homed());
 }
 
 TEST(ScanMachine, StartsOnlyForTheVersionThatWasLookedAt) {

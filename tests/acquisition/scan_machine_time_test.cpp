@@ -130,6 +130,15 @@ TEST(ScanMachineTime, ACauseThatDistrustsTheDriveDemandsTheQuickStopLineAtOnce) 
   }
 }
 
+TEST(ScanMachineTime, AHomingThatFailsForTheDriveDemandsTheQuickStopLine) {
+  ScanMachine machine = In(State::kHoming);
+  ASSERT_TRUE(Do(machine, Event(Kind::kHomingFailed, CauseCode::kWrongDirection)));
+  EXPECT_FALSE(machine.Lines().quick_stop);
+  machine = In(State::kScanning);
+  ASSERT_TRUE(Do(machine, Event(Kind::kCancelled, CauseCode::kWrongDirection)));
+  EXPECT_TRUE(machine.Lines().quick_stop) << "a cancel has no cause";
+}
+
 TEST(ScanMachineTime, TheNextStopBeginsWithARampAgain) {
   ScanMachine machine = In(State::kJog);
   ASSERT_TRUE(Do(machine, Event(Kind::kJogReleased)));

@@ -78,7 +78,7 @@ class MachineSession {
     event.cause = {CodeOf(kind, argument), "seen", "do", now_};
     constexpr std::array<std::int64_t, 4> kLongest{0, 250, 20'000, 20'001};
     event.longest = std::chrono::milliseconds(kLongest.at(argument / 8 % 4));
-    event.version = view().version - (argument % 8 == 0 ? 1 + argument / 64 : 0);
+    event.version = view().version + (argument % 8 == 0 ? argument / 64 - 2U : 0U);
     event.role = argument % 2 == 0 ? CauseRole::kOperator : CauseRole::kService;
     return event;
   }
