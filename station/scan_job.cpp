@@ -110,12 +110,12 @@ void ScanJobRun::Show(const ScannerStatus& status) {
 
 Status ScanJobRun::Await(const char* attempted, const std::function<bool(const ScannerStatus&)>& done,
                          nanoseconds patience) {
+  const auto watch = [&](const ScannerStatus& status) {
+    Show(status);
+    if (task_.stop.stop_requested()) static_cast<void>(scanner_.Cancel());
+  };
   const bool reached = session_.RunUntil(
-      [&](const ScannerStatus& status) {
-        Show(status);
-        return done(status) || task_.stop.stop_requested();
-      },
-      patience);
+      [&](const ScannerStatus& status) { return done(status) || task_.stop.stop_requested(); }, patience, watch);
   if (task_.stop.stop_requested()) {
     static_cast<void>(scanner_.Cancel());
     session_.RunUntil(Rests, kStopPatience);
