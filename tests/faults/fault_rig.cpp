@@ -110,7 +110,7 @@ void FaultRig::Tick() {
 }
 
 void FaultRig::Work() {
-  mortal_.SetStepping(true);
+  mortal_.Begin();
   try {
     while (life_.alive && life_.worker_alive) {
       scanner_->Step();
@@ -119,7 +119,7 @@ void FaultRig::Work() {
   } catch (const WorkerEnded&) {
     // Its thread is gone, and so is what it was doing.
   }
-  mortal_.SetStepping(false);
+  mortal_.End();
 }
 
 void FaultRig::EndWorker() {
@@ -249,9 +249,9 @@ bool FaultRig::BringTo(ScanState wanted) {
       if (!Operate([&] { return levels_[recording_] >= 5; })) return false;
       return Cancel() && RunUntil(wanted, milliseconds(50));
     case ScanState::kFault:
-      if (!Operate([&] { return state() == ScanState::kIdle && status().homed; })) return false;
+      if (!Operate([&] { return levels_[recording_] >= 5; })) return false;
       booth_.drive().Suffer({sim::AxisMishapKind::kDriveFault, clock_.Now(), nanoseconds::max(), 0.0, 0x7121});
-      return Operate(there, seconds(10), 0);
+      return RunUntil(wanted, seconds(2)) && RunUntil([&] { return status().job.empty(); }, seconds(2));
     case ScanState::kJog:
       if (!Operate([&] { return state() == ScanState::kIdle && status().homed && status().job.empty(); })) return false;
       return Jog(Scanner::JogDirection::kDown) && RunUntil(wanted, milliseconds(50));
@@ -291,6 +291,14 @@ std::string FaultRig::NextScan() {
 }
 
 // --- the host ---
+
+void FaultRig::HangWorkerFirst(nanoseconds time) {
+  // The control thread is scheduled a few milliseconds after the worker.
+  mortal_.Stall(time, [this, time] {
+    watch_.Interrupted();
+    late_until_ = clock_.Now() + time + milliseconds(5);
+  });
+}
 
 void FaultRig::Kill() {
   life_.alive = false;

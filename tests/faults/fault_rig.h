@@ -82,6 +82,8 @@ class FaultRig {
   testing::AssertionResult Restart();
   /// Both threads stand still for this long from the next tick on; then the control thread runs first.
   void Hang(nanoseconds time) { hang_ = time; }
+  /// The same; then the worker runs first, for some milliseconds.
+  void HangWorkerFirst(nanoseconds time);
   void KillWorker() { life_.worker_alive = false; }
   void KillControl() { ticking_ = false; }
   /// The control thread does not get on for this long from the next tick on; the worker does.

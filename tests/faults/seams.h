@@ -3,6 +3,7 @@
 // What the fault rig puts between the program and the simulated machine.
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -44,16 +45,28 @@ class MortalClock final : public Clock {
   [[nodiscard]] std::chrono::nanoseconds Now() const override { return clock_.Now(); }
   [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_.WallNow(); }
   void SleepUntil(std::chrono::nanoseconds deadline) override {
+    if (stepping_ && stall_.count() > 0) {
+      stalls_();
+      clock_.SleepUntil(clock_.Now() + std::exchange(stall_, {}));
+    }
     clock_.SleepUntil(deadline);
     if (stepping_ && (!life_.alive || !life_.worker_alive)) throw WorkerEnded{};
   }
-  /// Whether the worker is at work now, and not somebody who takes its things down.
-  void SetStepping(bool stepping) { stepping_ = stepping; }
+  /// The worker is at work between the two, and not somebody who takes its things down.
+  void Begin() { stepping_ = true; }
+  void End() { stepping_ = false; }
+  /// At its next wait it stands still for this long; `stalls` is called as it begins.
+  void Stall(std::chrono::nanoseconds time, std::function<void()> stalls) {
+    stall_ = time;
+    stalls_ = std::move(stalls);
+  }
 
  private:
   Clock& clock_;
   const ProcessLife& life_;
   bool stepping_ = false;
+  std::chrono::nanoseconds stall_{0};
+  std::function<void()> stalls_;
 };
 
 /// The program's end of the axis link: tells the watch of requests and answers. Borrows all.
