@@ -163,6 +163,13 @@ Status Scanner::State::OrderJog(JogDirection direction) {
   return Order(Job::kJog, event);
 }
 
+Status Scanner::State::Cancel(const ScanEvent& event) {
+  const std::scoped_lock lock(mutex);
+  // The machine is still IDLE while the checks before ARMED are made.
+  if (order == Job::kArm || running == Job::kArm) job_stop.request_stop();
+  return HandleLocked(event);
+}
+
 Status Scanner::State::Acknowledge(CauseRole role) {
   const std::scoped_lock lock(mutex);
   if (machine.state() == ScanState::kSafe && role == CauseRole::kService) {
@@ -241,7 +248,7 @@ Status Scanner::Cancel() {
   ScanEvent event;
   event.kind = ScanEventKind::kCancelled;
   event.time = state_->clock.Now();
-  return state_->Handle(event);
+  return state_->Cancel(event);
 }
 
 Status Scanner::Acknowledge(CauseRole role) { return state_->Acknowledge(role); }

@@ -398,6 +398,11 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     if (summary->levels == 0 && !summary->cancelled) {
       ended.status = Fail("scan", "not one level was taken", "check ring and plan");
     }
+  } else if (Stopping()) {
+    // The stop came between two steps, and what was refused then is no fault; what is one was told as it was seen.
+    ended.summary.cancelled = true;
+    ended.summary.planned_levels = plan.TotalLevels();
+    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
   } else {
     ended.status = Fail(summary);
     // Told already if a device or the disk failed; anything else is told here.

@@ -24,6 +24,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status Order(Job job, const ScanEvent& event);
   Status OrderArm(ArmRequest request);
   Status OrderJog(JogDirection direction);
+  Status Cancel(const ScanEvent& event);
   Status Acknowledge(CauseRole role);
   [[nodiscard]] ScannerStatus Report() const;
 
