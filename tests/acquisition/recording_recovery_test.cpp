@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "acquisition/mcap_writer.h"
 #include "acquisition/recording_channels.h"
 #include "acquisition/scan_json.h"
@@ -79,7 +81,8 @@ TEST(RecoverRecording, CutAtAnyByteSavesEveryWholeLevelAndASecondTimeTheSameByte
   Record(storage, "a.mcap", scan, Ending::kFinished);
   const std::vector<std::byte> whole = storage.files["a.mcap"];
   std::size_t lossless = 0;
-  for (std::size_t cut = 0; cut < whole.size(); cut += 3) {
+  const std::size_t step = std::getenv("ANNULUS_LONG") != nullptr ? 1 : 17;
+  for (std::size_t cut = 0; cut < whole.size(); cut += step) {
     storage.files["cut.mcap"].assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
     const auto expected = ReadWholeRecording(storage, "cut.mcap");
     storage.files.erase(kOut);
@@ -203,6 +206,7 @@ TEST(RecoverOpenRecordings, GivesEachItsNameWithoutAQuestion) {
   Record(storage, "scans/done.mcap", scan, Ending::kFinished);
   storage.files["scans/model.json.part-5"] = {std::byte{'{'}};
   storage.files["elsewhere.mcap.part-5"] = storage.files[whole];
+  storage.files["scans/whole.mcap.recover-copy.part-5"] = {};  // a recovery that was not finished
   const auto found = RecoverOpenRecordings(storage, "scans");
   ASSERT_TRUE(found) << found.error().Text();
   ASSERT_EQ(found->size(), 3U);
@@ -217,6 +221,7 @@ TEST(RecoverOpenRecordings, GivesEachItsNameWithoutAQuestion) {
   EXPECT_TRUE(storage.Exists("scans/whole.mcap"));
   EXPECT_TRUE(storage.Exists("scans/whole.recovered-1.mcap"));
   EXPECT_TRUE(storage.Exists("scans/model.json.part-5"));
+  EXPECT_FALSE(storage.Exists("scans/whole.mcap.recover-copy.part-5"));
   EXPECT_TRUE(storage.Exists("elsewhere.mcap.part-5"));
   EXPECT_TRUE(RecoverOpenRecordings(storage, "scans")->empty());
 }
