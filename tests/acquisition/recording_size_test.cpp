@@ -6,6 +6,7 @@
 #include <random>
 
 #include "acquisition/recording.h"
+#include "acquisition/recording_recovery.h"
 #include "tests/support/test_storage.h"
 
 namespace annulus {
@@ -23,6 +24,7 @@ enum class Digits {
 struct Size {
   std::uint64_t bytes = 0;
   double seconds = 0.0;
+  double recovery_seconds = 0.0;
 };
 
 /// 360 levels of 180 sensors at 24 levels/s, with what the boards send on USB (12 frames of 15 x 3 bytes and 24 more,
@@ -62,15 +64,22 @@ Size RecordScan(Digits digits) {
   }
   EXPECT_TRUE(writer->Finish());
   const auto end = std::chrono::steady_clock::now();
-  return {storage.files["scan.mcap"].size(), std::chrono::duration<double>(end - start).count()};
+  const auto recovered = RecoverRecording(storage, "scan.mcap", "again.mcap");
+  EXPECT_TRUE(recovered && recovered->lossless);
+  const std::chrono::duration<double> recovery = std::chrono::steady_clock::now() - end;
+  EXPECT_EQ(storage.files["again.mcap"], storage.files["scan.mcap"]);
+  return {storage.files["scan.mcap"].size(), std::chrono::duration<double>(end - start).count(), recovery.count()};
 }
 
 TEST(RecordingSize, OfAWholeScanWithItsRawBytesIsAboutThreeMegabytesAndWithinWhatIsReserved) {
   const Size usual = RecordScan(Digits::kSensor);
   const Size worst = RecordScan(Digits::kAll);
-  std::printf("360 levels: %.2f MB in %.3f s; noise in every digit: %.2f MB in %.3f s; reserved: %.2f MB\n",
-              1e-6 * static_cast<double>(usual.bytes), usual.seconds, 1e-6 * static_cast<double>(worst.bytes),
-              worst.seconds, 1e-6 * static_cast<double>(RecordingReserve(360, 180)));
+  const auto print = [](const char* what, const Size& size) {
+    std::printf("360 levels, %s: %.2f MB, written in %.3f s, recovered in %.3f s\n", what,
+                1e-6 * static_cast<double>(size.bytes), size.seconds, size.recovery_seconds);
+  };
+  print("as the boards send them", usual);
+  print("noise in every digit", worst);
   EXPECT_LT(usual.bytes, worst.bytes);
   EXPECT_LT(worst.bytes, RecordingReserve(360, 180));
   EXPECT_LT(usual.bytes, 3'500'000U);
