@@ -81,6 +81,7 @@ void BoardFaults::Spoil(LevelFrame& level, nanoseconds fire, std::uint64_t bits)
     const BoardFault& fault = faults_[number];
     const bool stays = fault.kind == Kind::kDrift && fire >= fault.from;
     if (!fault.Holds(fire) && !stays) continue;
+    if (fault.kind == Kind::kSerial) level.board_serial = static_cast<std::uint32_t>(fault.value);
     if (fault.kind == Kind::kEmitterFault) level.status |= kFrameEmitterFault;
     for (std::size_t sensor = 0; sensor < kSensorsPerBoard; ++sensor) {
       if (fault.Meets(sensor)) SpoilSensor(fault, level, sensor, fire, MixSeed(MixSeed(bits, number), sensor));

@@ -25,6 +25,7 @@ enum class BoardFaultKind {
   kProtocol,     ///< It says that it speaks protocol version `value`.
   kFirmware,     ///< It says that its firmware has the major version `value`.
   kPlace,        ///< It says that its first sensor is `value`.
+  kSerial,       ///< It says that its serial number is `value`.
   kEmitterFault  ///< The emitters' power is outside its limits, says its supervision.
 };
 

@@ -87,7 +87,7 @@ UsbResult<std::vector<std::byte>> RingBoardModel::ControlIn(UsbRequest request, 
       identity.protocol_version = claim(BoardFaultKind::kProtocol, identity.protocol_version);
       identity.firmware_version = kBoardFirmwareVersion;
       identity.firmware_version[0] = claim(BoardFaultKind::kFirmware, kBoardFirmwareVersion[0]);
-      identity.serial = options_.serial;
+      identity.serial = claim(BoardFaultKind::kSerial, options_.serial);
       identity.first_sensor = claim(BoardFaultKind::kPlace, options_.first_sensor);
       identity.min_level_rate_mhz = kBoardMinLevelRateMhz;
       identity.max_level_rate_mhz = options_.max_level_rate_mhz;
