@@ -57,7 +57,7 @@ void ReadSim(const toml::node& node, SimConfig& sim) {
              {"hair", ToFlag(sim.hair)},
              {"spectacles", ToFlag(sim.spectacles)},
              {"dark_patches", ToFlag(sim.dark_patches)},
-             {"faults", Ignore()},
+             {"faults", ToText(sim.faults)},
              {"operator", Ignore()}});
 }
 

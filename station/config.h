@@ -37,6 +37,7 @@ struct SimConfig {
   bool hair = false;
   bool spectacles = false;
   bool dark_patches = false;
+  std::string faults;  ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
 };
 
 /// A station's configuration (docs/config.md). Unknown keys are errors.
