@@ -1,0 +1,263 @@
+#include "acquisition/replay.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <random>
+
+#include "acquisition/bus_record.h"
+#include "tests/acquisition/scan_fixture.h"
+#include "tests/acquisition/tapped_booth.h"
+#include "tests/sim/booth_fixture.h"
+#include "tests/sim/cone_subject.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using test::TapeSink;
+using test::TappedBooth;
+using testing::HasSubstr;
+
+ScanPlan ShortPlan() {
+  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
+  plan.z_top_mm = 1700.0;
+  plan.z_bottom_mm = 1400.0;
+  plan.sweeps = 2;
+  return plan;
+}
+
+/// What a scan of 360 levels at 24 levels a second is like.
+ScanPlan LongPlan() {
+  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
+  plan.pitch_mm = plan.sweep_pitch_mm();
+  plan.sweeps = 1;
+  return plan;
+}
+
+/// A booth with noise, holes and outliers: replays must give back all of it.
+sim::BoothOptions NoisyCone(std::size_t can_buses = 0, bool can_fd = false) {
+  sim::BoothOptions options;
+  options.subject = std::make_unique<sim::ConeSubject>();
+  options.seed = 7;
+  options.can_buses = can_buses;
+  options.can_fd = can_fd;
+  return options;
+}
+
+ReplayComparison Compare(const TapeSink& tape, ReplayOptions options = {}) {
+  auto compared = CompareWithRecorded(tape.recording, tape.raw, std::move(options), {});
+  EXPECT_TRUE(compared) << compared.error().Text();
+  return compared.value_or(ReplayComparison());
+}
+
+void ExpectIdentical(const TapeSink& tape) {
+  const ReplayComparison compared = Compare(tape);
+  EXPECT_TRUE(compared.identical()) << compared.BriefReport();
+  EXPECT_EQ(compared.identical_levels, tape.recording.scan.levels.size());
+  EXPECT_EQ(compared.axis_points, tape.recording.axis.size());
+}
+
+struct ReplayCase {
+  const char* name;
+  std::size_t can_buses;
+  bool can_fd;
+};
+
+class ReplayOnBuses : public testing::TestWithParam<ReplayCase> {
+ protected:
+  [[nodiscard]] static sim::BoothOptions Booth() { return NoisyCone(GetParam().can_buses, GetParam().can_fd); }
+};
+
+TEST_P(ReplayOnBuses, GivesTheSameLevelsToTheLastBit) {
+  TappedBooth booth(Booth());
+  TapeSink tape;
+  const auto summary = booth.Scan(LongPlan(), tape);
+  ASSERT_TRUE(summary) << summary.error().Text();
+  ASSERT_GE(summary->levels, 300U);
+  ExpectIdentical(tape);
+  std::size_t bytes = 0;
+  for (const RawRecord& record : tape.raw) bytes += record.bytes.size();
+  std::printf("%s: %zu levels, %zu records, %.0f bytes of raw records per level\n", GetParam().name,
+              tape.recording.scan.levels.size(), tape.raw.size(),
+              static_cast<double>(bytes) / static_cast<double>(summary->levels));
+}
+
+TEST_P(ReplayOnBuses, GivesTheSecondScanOfASessionToo) {
+  TappedBooth booth(Booth());
+  TapeSink first;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), first));
+  // Questions between the scans, which are in neither recording.
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(booth.ring->ReadClock(3));
+  booth.clock.SleepUntil(booth.clock.Now() + std::chrono::minutes(3));
+  TapeSink second;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), second));
+  ExpectIdentical(second);
+}
+
+TEST_P(ReplayOnBuses, GivesACancelledScan) {
+  TappedBooth booth(Booth());
+  TapeSink tape;
+  tape.on_level = [&](std::size_t count) {
+    if (count == 40) booth.stop.request_stop();
+    return Status{};
+  };
+  const auto summary = booth.Scan(ShortPlan(), tape);
+  ASSERT_TRUE(summary) << summary.error().Text();
+  ASSERT_TRUE(summary->cancelled);
+  ExpectIdentical(tape);
+}
+
+INSTANTIATE_TEST_SUITE_P(Buses, ReplayOnBuses,
+                         testing::Values(ReplayCase{"Usb", 0, false}, ReplayCase{"OneCanBus", 1, false},
+                                         ReplayCase{"ThreeCanBuses", 3, false}, ReplayCase{"CanFd", 1, true}),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+TEST(Replay, EndsWithTheErrorOfALostBoard) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  tape.on_level = [&](std::size_t count) {
+    if (count == 30) booth.booth.board(4).UnplugAt(booth.clock.Now() + milliseconds(3));
+    return Status{};
+  };
+  const auto summary = booth.Scan(ShortPlan(), tape);
+  ASSERT_FALSE(summary);
+  ASSERT_THAT(summary.error().Text(), HasSubstr("unplugged"));
+  ExpectIdentical(tape);
+}
+
+/// A clock on which thinking takes time, as on a real host: it goes on a little whenever somebody looks at it.
+class ThinkingClock final : public Clock {
+ public:
+  [[nodiscard]] nanoseconds Now() const override {
+    std::uniform_int_distribution<int> thought_ns(200, 6'000);
+    clock_.SleepUntil(clock_.Now() + nanoseconds(thought_ns(random_)));
+    return clock_.Now();
+  }
+  [[nodiscard]] nanoseconds WallNow() const override { return clock_.WallNow(); }
+  void SleepUntil(nanoseconds deadline) override { clock_.SleepUntil(deadline); }
+
+ private:
+  mutable ManualClock clock_;
+  mutable std::mt19937 random_{11};
+};
+
+TEST_P(ReplayOnBuses, GivesAScanOfAHostThatTakesTimeToThink) {
+  TappedBooth booth(Booth(), {}, std::make_unique<ThinkingClock>());
+  TapeSink tape;
+  const auto summary = booth.Scan(ShortPlan(), tape);
+  ASSERT_TRUE(summary) << summary.error().Text();
+  ExpectIdentical(tape);
+}
+
+TEST(Replay, SaysWhereARecordingDiffers) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  RangeReading& changed = tape.recording.scan.levels.at(17).readings.at(42);
+  changed.range_mm = 123.0;
+  const ReplayComparison compared = Compare(tape);
+  ASSERT_TRUE(compared.first);
+  EXPECT_EQ(compared.first->level, 17U);
+  EXPECT_EQ(compared.first->sensor, 42U);
+  EXPECT_EQ(compared.first->field, "range_mm");
+  EXPECT_EQ(compared.first->recorded, "123");
+  EXPECT_EQ(compared.differing, 1U);
+  EXPECT_THAT(compared.BriefReport(), HasSubstr("level 17 (sweep 0, index 17), sensor 42, range_mm"));
+}
+
+TEST(Replay, NoticesOneChangedByteOfTheRawRecords) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  // The range of one frame: its checksum is wrong then, and the frame is lost.
+  std::size_t seen = 0;
+  for (RawRecord& record : tape.raw) {
+    auto decoded = *DecodeBusRecord(record);
+    auto* ended = std::get_if<bus_record::UsbEnded>(&decoded);
+    if (ended == nullptr || ended->data.empty() || ++seen != 12 * 40) continue;
+    ended->data.at(60) ^= std::byte{1};
+    record = EncodeBusRecord(*ended, record.time);
+  }
+  const ReplayComparison compared = Compare(tape);
+  ASSERT_TRUE(compared.first);
+  EXPECT_EQ(compared.first->replayed, "nan") << compared.first->Text();
+  // Of the board's 15 sensors one is the first; the level and the two counters of the lost frame differ.
+  EXPECT_EQ(compared.first->field, "range_mm");
+  EXPECT_EQ(*compared.first->sensor % 15, 0U);
+  EXPECT_EQ(compared.identical_levels, tape.recording.scan.levels.size() - 1);
+}
+
+TEST(Replay, GoesToAnyLevelAndBack) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  auto replay = Replay::Open(tape.raw);
+  ASSERT_TRUE(replay) << replay.error().Text();
+  for (const std::uint64_t level : {0U, 50U, 51U, 3U, 59U}) {
+    ASSERT_TRUE(replay->Seek(level));
+    const auto step = replay->Next();
+    ASSERT_TRUE(step && *step && (*step)->level);
+    EXPECT_TRUE(test::SameLevel(*(*step)->level, tape.recording.scan.levels.at(level))) << level;
+  }
+  const Status beyond = replay->Seek(100'000);
+  ASSERT_FALSE(beyond);
+  EXPECT_THAT(beyond.error().Text(), HasSubstr("it has only"));
+}
+
+TEST(Replay, RefusesARecordingWithoutRawBytes) {
+  const auto replay = Replay::Open({});
+  ASSERT_FALSE(replay);
+  EXPECT_THAT(replay.error().Text(), HasSubstr("no raw bytes"));
+}
+
+TEST(Replay, PassesOverRecordsOfUnknownKind) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  for (std::size_t at : {0U, 100U, 1000U}) {
+    tape.raw.insert(tape.raw.begin() + static_cast<std::ptrdiff_t>(at),
+                    {RawChannel::kCall, tape.raw.at(at).time, {std::byte{99}, std::byte{1}}});
+  }
+  const ReplayComparison compared = Compare(tape);
+  EXPECT_TRUE(compared.identical()) << compared.BriefReport();
+  EXPECT_EQ(compared.unknown_records, 3U);
+}
+
+TEST(Replay, RefusesANewerFormat) {
+  bus_record::RingOpening opening;
+  opening.format = bus_record::kFormat + 1;
+  const std::vector<RawRecord> raw{EncodeBusRecord(opening, nanoseconds(1))};
+  const auto replay = Replay::Open(raw);
+  ASSERT_FALSE(replay);
+  EXPECT_THAT(replay.error().Text(), HasSubstr("format 2, this program reads up to 1"));
+}
+
+TEST(Replay, GivesWhatIsThereOfACutRecording) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  tape.recording.report.finished = false;
+  std::size_t last = tape.recording.scan.levels.size();
+  for (int cut = 0; cut < 20; ++cut) {
+    // Homing and the way to the start are most of the records.
+    tape.raw.resize(tape.raw.size() - 200);
+    auto replay = Replay::Open(tape.raw);
+    ASSERT_TRUE(replay) << replay.error().Text();
+    std::size_t levels = 0;
+    for (auto step = replay->Next(); step && *step; step = replay->Next()) {
+      EXPECT_FALSE((*step)->difference) << (*step)->difference->Text();
+      if (!(*step)->level) continue;
+      EXPECT_TRUE(test::SameLevel(*(*step)->level, tape.recording.scan.levels.at(levels)));
+      ++levels;
+    }
+    EXPECT_LE(levels, last);
+    last = levels;
+  }
+  EXPECT_LT(last, 40U);
+}
+
+}  // namespace
+}  // namespace annulus
