@@ -33,7 +33,7 @@ ScanPlan ShortPlan() {
 ScanPlan LongPlan() {
   ScanPlan plan = *BuiltInPlan("body", std::nullopt);
   plan.pitch_mm = plan.sweep_pitch_mm();
-  plan.sweeps = 1;
+  plan.sweeps = 2;
   return plan;
 }
 
