@@ -35,6 +35,7 @@ class TappedRing final : public RangeRing {
   [[nodiscard]] const std::vector<RingBoard>& boards() const override { return ring_->boards(); }
   [[nodiscard]] const RingLimits& limits() const override { return ring_->limits(); }
   [[nodiscard]] const RingCounters& counters() const override { return ring_->counters(); }
+  [[nodiscard]] RingTrouble trouble() const override { return ring_->trouble(); }
 
   Status Start(Hertz level_rate) override {
     CallTap call(context_);
@@ -96,6 +97,8 @@ class TappedAxis final : public ScanAxis {
   Status Halt() override { return axis_->Halt(); }
   Status QuickStop() override { return axis_->QuickStop(); }
   Status Disable() override { return axis_->Disable(); }
+  Status Verify() override { return axis_->Verify(); }
+  [[nodiscard]] AxisTrouble trouble() const override { return axis_->trouble(); }
   Status Reopen(nanoseconds deadline) override { return axis_->Reopen(deadline); }
 
  private:
