@@ -16,6 +16,7 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "firmware_iface/can_bus.h"
+#include "firmware_iface/range_ring.h"
 #include "firmware_iface/usb_port.h"
 
 namespace annulus {
@@ -131,8 +132,9 @@ class ReplayComparer {
   ReplayComparison comparison_;
 };
 
-/// Replays `raw` of a recording as fast as it goes and compares all of it.
-Result<ReplayComparison> CompareWithRecorded(const Recording& recording, std::span<const RawRecord> raw,
-                                             ReplayOptions options, const TaskContext& task);
+/// Replays a recording as fast as it goes and compares all of it. The comparison that was made so far is lost on a stop
+/// request.
+Result<ReplayComparison> CompareWithRecorded(const Recording& recording, ReplayOptions options,
+                                             const TaskContext& task);
 
 }  // namespace annulus

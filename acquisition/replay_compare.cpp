@@ -160,9 +160,9 @@ void ReplayComparer::Finish() {
   }
 }
 
-Result<ReplayComparison> CompareWithRecorded(const Recording& recording, std::span<const RawRecord> raw,
-                                             ReplayOptions options, const TaskContext& task) {
-  auto replay = Replay::Open(raw, std::move(options));
+Result<ReplayComparison> CompareWithRecorded(const Recording& recording, ReplayOptions options,
+                                             const TaskContext& task) {
+  auto replay = Replay::Open(recording.raw, std::move(options));
   if (!replay) return Fail(replay);
   ReplayComparer comparer(recording);
   while (!task.stop.stop_requested()) {

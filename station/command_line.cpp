@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 14> kLater{{{"replay", "re-run a scan from its recorded bytes"},
-                                               {"recover", "save what is sound of a damaged recording"},
+constexpr std::array<LaterCommand, 13> kLater{{{"recover", "save what is sound of a damaged recording"},
                                                {"calibrate", "solve for the ring's geometry and offsets"},
                                                {"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
@@ -95,10 +94,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   ProgressMode progress = ProgressMode::kAuto;
   AddProgressOption(app, progress);
   CommandWork chosen;
-  for (const auto& add : {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand,
-                          AddFitCommand, AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand,
-                          AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand, AddCompareCommand,
-                          AddGlassesCommand, AddRenderCommand, AddDoctorCommand, AddSimDevicesCommand}) {
+  for (const auto& add :
+       {AddDemoCommand, AddScanCommand, AddReplayCommand, AddImportCommand, AddExportCommand, AddInspectCommand,
+        AddFitCommand, AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand, AddDistanceCommand,
+        AddLandmarksCommand, AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand,
+        AddDoctorCommand, AddSimDevicesCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -48,7 +48,7 @@ sim::BoothOptions NoisyCone(std::size_t can_buses = 0, bool can_fd = false) {
 }
 
 ReplayComparison Compare(const TapeSink& tape, ReplayOptions options = {}) {
-  auto compared = CompareWithRecorded(tape.recording, tape.raw, std::move(options), {});
+  auto compared = CompareWithRecorded(tape.recording, std::move(options), {});
   EXPECT_TRUE(compared) << compared.error().Text();
   return compared.value_or(ReplayComparison());
 }
@@ -79,9 +79,9 @@ TEST_P(ReplayOnBuses, GivesTheSameLevelsToTheLastBit) {
   ASSERT_GE(summary->levels, 300U);
   ExpectIdentical(tape);
   std::size_t bytes = 0;
-  for (const RawRecord& record : tape.raw) bytes += record.bytes.size();
+  for (const RawRecord& record : tape.recording.raw) bytes += record.bytes.size();
   std::printf("%s: %zu levels, %zu records, %.0f bytes of raw records per level\n", GetParam().name,
-              tape.recording.scan.levels.size(), tape.raw.size(),
+              tape.recording.scan.levels.size(), tape.recording.raw.size(),
               static_cast<double>(bytes) / static_cast<double>(summary->levels));
 }
 
@@ -174,7 +174,7 @@ TEST(Replay, NoticesOneChangedByteOfTheRawRecords) {
   ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
   // The range of one frame: its checksum is wrong then, and the frame is lost.
   std::size_t seen = 0;
-  for (RawRecord& record : tape.raw) {
+  for (RawRecord& record : tape.recording.raw) {
     auto decoded = *DecodeBusRecord(record);
     auto* ended = std::get_if<bus_record::UsbEnded>(&decoded);
     if (ended == nullptr || ended->data.empty() || ++seen != 12 * 40) continue;
@@ -194,7 +194,7 @@ TEST(Replay, GoesToAnyLevelAndBack) {
   TappedBooth booth(NoisyCone());
   TapeSink tape;
   ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
-  auto replay = Replay::Open(tape.raw);
+  auto replay = Replay::Open(tape.recording.raw);
   ASSERT_TRUE(replay) << replay.error().Text();
   for (const std::uint64_t level : {0U, 50U, 51U, 3U, 59U}) {
     ASSERT_TRUE(replay->Seek(level));
@@ -218,8 +218,8 @@ TEST(Replay, PassesOverRecordsOfUnknownKind) {
   TapeSink tape;
   ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
   for (std::size_t at : {0U, 100U, 1000U}) {
-    tape.raw.insert(tape.raw.begin() + static_cast<std::ptrdiff_t>(at),
-                    {RawChannel::kCall, tape.raw.at(at).time, {std::byte{99}, std::byte{1}}});
+    tape.recording.raw.insert(tape.recording.raw.begin() + static_cast<std::ptrdiff_t>(at),
+                    {RawChannel::kCall, tape.recording.raw.at(at).time, {std::byte{99}, std::byte{1}}});
   }
   const ReplayComparison compared = Compare(tape);
   EXPECT_TRUE(compared.identical()) << compared.BriefReport();
@@ -243,8 +243,8 @@ TEST(Replay, GivesWhatIsThereOfACutRecording) {
   std::size_t last = tape.recording.scan.levels.size();
   for (int cut = 0; cut < 20; ++cut) {
     // Homing and the way to the start are most of the records.
-    tape.raw.resize(tape.raw.size() - 200);
-    auto replay = Replay::Open(tape.raw);
+    tape.recording.raw.resize(tape.recording.raw.size() - 200);
+    auto replay = Replay::Open(tape.recording.raw);
     ASSERT_TRUE(replay) << replay.error().Text();
     std::size_t levels = 0;
     for (auto step = replay->Next(); step && *step; step = replay->Next()) {

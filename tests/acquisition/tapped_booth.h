@@ -33,12 +33,11 @@ class TapeSink final : public ScanSink {
     return {};
   }
   Status AppendRaw(RawRecord record) override {
-    raw.push_back(std::move(record));
+    recording.raw.push_back(std::move(record));
     return {};
   }
 
   Recording recording;
-  std::vector<RawRecord> raw;
   std::function<Status(std::size_t count)> on_level;
 };
 
