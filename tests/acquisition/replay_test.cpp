@@ -7,68 +7,27 @@
 #include <random>
 
 #include "acquisition/bus_record.h"
+#include "tests/acquisition/replay_fixture.h"
 #include "tests/acquisition/scan_fixture.h"
-#include "tests/acquisition/tapped_booth.h"
-#include "tests/sim/booth_fixture.h"
-#include "tests/sim/cone_subject.h"
 
 namespace annulus {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
+using test::Compare;
+using test::ExpectIdentical;
+using test::LongPlan;
+using test::NoisyCone;
+using test::RingCase;
+using test::ShortPlan;
 using test::TapeSink;
 using test::TappedBooth;
 using testing::HasSubstr;
 
-ScanPlan ShortPlan() {
-  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
-  plan.z_top_mm = 1700.0;
-  plan.z_bottom_mm = 1400.0;
-  plan.sweeps = 2;
-  return plan;
-}
-
-/// What a scan of 360 levels at 24 levels a second is like.
-ScanPlan LongPlan() {
-  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
-  plan.pitch_mm = plan.sweep_pitch_mm();
-  plan.sweeps = 2;
-  return plan;
-}
-
-/// A booth with noise, holes and outliers: replays must give back all of it.
-sim::BoothOptions NoisyCone(std::size_t can_buses = 0, bool can_fd = false) {
-  sim::BoothOptions options;
-  options.subject = std::make_unique<sim::ConeSubject>();
-  options.seed = 7;
-  options.can_buses = can_buses;
-  options.can_fd = can_fd;
-  return options;
-}
-
-ReplayComparison Compare(const TapeSink& tape, ReplayOptions options = {}) {
-  auto compared = CompareWithRecorded(tape.recording, std::move(options), {});
-  EXPECT_TRUE(compared) << compared.error().Text();
-  return compared.value_or(ReplayComparison());
-}
-
-void ExpectIdentical(const TapeSink& tape) {
-  const ReplayComparison compared = Compare(tape);
-  EXPECT_TRUE(compared.identical()) << compared.BriefReport();
-  EXPECT_EQ(compared.identical_levels, tape.recording.scan.levels.size());
-  EXPECT_EQ(compared.axis_points, tape.recording.axis.size());
-}
-
-struct ReplayCase {
-  const char* name;
-  std::size_t can_buses;
-  bool can_fd;
-};
-
-class ReplayOnBuses : public testing::TestWithParam<ReplayCase> {
+class ReplayOnBuses : public testing::TestWithParam<RingCase> {
  protected:
-  [[nodiscard]] static sim::BoothOptions Booth() { return NoisyCone(GetParam().can_buses, GetParam().can_fd); }
+  [[nodiscard]] static sim::BoothOptions Booth() { return NoisyCone(GetParam()); }
 };
 
 TEST_P(ReplayOnBuses, GivesTheSameLevelsToTheLastBit) {
@@ -77,7 +36,7 @@ TEST_P(ReplayOnBuses, GivesTheSameLevelsToTheLastBit) {
   const auto summary = booth.Scan(LongPlan(), tape);
   ASSERT_TRUE(summary) << summary.error().Text();
   ASSERT_GE(summary->levels, 300U);
-  ExpectIdentical(tape);
+  ExpectIdentical(tape.recording);
   std::size_t bytes = 0;
   for (const RawRecord& record : tape.recording.raw) bytes += record.bytes.size();
   std::printf("%s: %zu levels, %zu records, %.0f bytes of raw records per level\n", GetParam().name,
@@ -94,7 +53,7 @@ TEST_P(ReplayOnBuses, GivesTheSecondScanOfASessionToo) {
   booth.clock.SleepUntil(booth.clock.Now() + std::chrono::minutes(3));
   TapeSink second;
   ASSERT_TRUE(booth.Scan(ShortPlan(), second));
-  ExpectIdentical(second);
+  ExpectIdentical(second.recording);
 }
 
 TEST_P(ReplayOnBuses, GivesACancelledScan) {
@@ -107,13 +66,10 @@ TEST_P(ReplayOnBuses, GivesACancelledScan) {
   const auto summary = booth.Scan(ShortPlan(), tape);
   ASSERT_TRUE(summary) << summary.error().Text();
   ASSERT_TRUE(summary->cancelled);
-  ExpectIdentical(tape);
+  ExpectIdentical(tape.recording);
 }
 
-INSTANTIATE_TEST_SUITE_P(Buses, ReplayOnBuses,
-                         testing::Values(ReplayCase{"Usb", 0, false}, ReplayCase{"OneCanBus", 1, false},
-                                         ReplayCase{"ThreeCanBuses", 3, false}, ReplayCase{"CanFd", 1, true}),
-                         [](const auto& one) { return std::string(one.param.name); });
+INSTANTIATE_TEST_SUITE_P(Buses, ReplayOnBuses, test::kRingCases, test::RingCaseName);
 
 TEST(Replay, EndsWithTheErrorOfALostBoard) {
   TappedBooth booth(NoisyCone());
@@ -125,7 +81,7 @@ TEST(Replay, EndsWithTheErrorOfALostBoard) {
   const auto summary = booth.Scan(ShortPlan(), tape);
   ASSERT_FALSE(summary);
   ASSERT_THAT(summary.error().Text(), HasSubstr("unplugged"));
-  ExpectIdentical(tape);
+  ExpectIdentical(tape.recording);
 }
 
 /// A clock on which thinking takes time, as on a real host: it goes on a little whenever somebody looks at it.
@@ -149,7 +105,7 @@ TEST_P(ReplayOnBuses, GivesAScanOfAHostThatTakesTimeToThink) {
   TapeSink tape;
   const auto summary = booth.Scan(ShortPlan(), tape);
   ASSERT_TRUE(summary) << summary.error().Text();
-  ExpectIdentical(tape);
+  ExpectIdentical(tape.recording);
 }
 
 TEST(Replay, SaysWhereARecordingDiffers) {
@@ -158,7 +114,7 @@ TEST(Replay, SaysWhereARecordingDiffers) {
   ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
   RangeReading& changed = tape.recording.scan.levels.at(17).readings.at(42);
   changed.range_mm = 123.0;
-  const ReplayComparison compared = Compare(tape);
+  const ReplayComparison compared = Compare(tape.recording);
   ASSERT_TRUE(compared.first);
   EXPECT_EQ(compared.first->level, 17U);
   EXPECT_EQ(compared.first->sensor, 42U);
@@ -181,7 +137,7 @@ TEST(Replay, NoticesOneChangedByteOfTheRawRecords) {
     ended->data.at(60) ^= std::byte{1};
     record = EncodeBusRecord(*ended, record.time);
   }
-  const ReplayComparison compared = Compare(tape);
+  const ReplayComparison compared = Compare(tape.recording);
   ASSERT_TRUE(compared.first);
   EXPECT_EQ(compared.first->replayed, "nan") << compared.first->Text();
   // Of the board's 15 sensors one is the first; the level and the two counters of the lost frame differ.
@@ -219,9 +175,9 @@ TEST(Replay, PassesOverRecordsOfUnknownKind) {
   ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
   for (std::size_t at : {0U, 100U, 1000U}) {
     tape.recording.raw.insert(tape.recording.raw.begin() + static_cast<std::ptrdiff_t>(at),
-                    {RawChannel::kCall, tape.recording.raw.at(at).time, {std::byte{99}, std::byte{1}}});
+                              {RawChannel::kCall, tape.recording.raw.at(at).time, {std::byte{99}, std::byte{1}}});
   }
-  const ReplayComparison compared = Compare(tape);
+  const ReplayComparison compared = Compare(tape.recording);
   EXPECT_TRUE(compared.identical()) << compared.BriefReport();
   EXPECT_EQ(compared.unknown_records, 3U);
 }
