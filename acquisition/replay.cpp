@@ -104,6 +104,7 @@ struct Replay::State {
   Status Do(const StopCalled& call);
   Status Do(const PositionCalled& call);
   Status Do(const ModbusExchanged& exchange);
+  Status Do(const ScanBegun& scan);
   Status Do(const SweepBegun& sweep);
   Status Do(const SweepEnded& sweep);
   Status Do(const HandedOn& handed);
@@ -363,6 +364,11 @@ Status Replay::State::Do(const PositionCalled& call) {
   return {};
 }
 
+Status Replay::State::Do(const ScanBegun&) {
+  if (options.on_begin) options.on_begin();
+  return {};
+}
+
 Status Replay::State::Do(const SweepBegun& sweep) {
   if (sweep.sweep >= plan.sweeps) {
     return Fail(kAttempted, "sweep " + std::to_string(sweep.sweep) + " is not in its plan",
@@ -408,7 +414,11 @@ Status Replay::State::Conduct(const Entry& entry) {
   now = entry.time;
   return std::visit(
       [&](const auto& record) {
-        if constexpr (requires { record.end.took; }) clock.SleepUntil(entry.time - record.end.took);
+        if constexpr (requires { record.end.took; }) {
+          clock.SleepUntil(entry.time - record.end.took);
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(record)>, ScanBegun>) {
+          clock.SleepUntil(entry.time);
+        }
         Status done = Do(record);
         if constexpr (requires { record.end.took; }) clock.SleepUntil(entry.time);
         return done;

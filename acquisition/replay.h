@@ -49,6 +49,8 @@ struct ReplayOptions {
   /// the same order. Empty: nothing.
   std::function<std::vector<UsbPort*>(const std::vector<UsbPort*>&, Clock&)> wrap_usb;
   std::function<std::vector<CanBus*>(const std::vector<CanBus*>&, Clock&)> wrap_can;
+  /// Told when the recorded scan begins. May be empty.
+  std::function<void()> on_begin;
   /// Told every level as it comes out. May be empty.
   std::function<void(const ScanLevel&)> on_level;
 };

@@ -56,6 +56,8 @@ Json OutcomeToJson(const ReplayOutcome& outcome, const std::string& recording) {
           {"worst_z_mm", c.worst_z_mm},
           {"unknown_records", c.unknown_records},
           {"first_difference", c.first ? DifferenceToJson(*c.first) : Json()},
+          {"faults", outcome.faults},
+          {"faults_passed_over", outcome.untouched},
           {"scan_s", outcome.scan_s},
           {"replay_s", outcome.replay_s}};
 }
@@ -64,6 +66,8 @@ std::string OutcomeToText(const ReplayOutcome& outcome) {
   const ReplayComparison& c = outcome.comparison;
   std::string text = c.BriefReport() + "\n";
   if (c.unknown_records > 0) text += fmt::format("passed over {} records of unknown kind\n", c.unknown_records);
+  for (const std::string& fault : outcome.faults) text += "fault: " + fault + "\n";
+  for (const std::string& fault : outcome.untouched) text += "passed over, not of the ring's buses: " + fault + "\n";
   return text + fmt::format("{:.1f} s of scan in {:.2f} s\n", outcome.scan_s, outcome.replay_s);
 }
 

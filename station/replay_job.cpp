@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "acquisition/recording.h"
+#include "sim/fault_plan.h"
+#include "sim/replay_faults.h"
 
 namespace annulus {
 namespace {
@@ -128,6 +130,27 @@ Status ReplayRun::Perform(Replay& replay, ReplayWriter* writer) {
   return Fail("replay " + request_.recording, "stopped on request", "run it again");
 }
 
+Result<std::unique_ptr<sim::ReplayFaults>> ReadFaults(const std::string& path, Storage& storage) {
+  constexpr std::uint64_t kLargestPlan = 4U << 20U;
+  const auto bytes = storage.ReadAll(path, kLargestPlan);
+  if (!bytes) return Fail(bytes);
+  std::string text;
+  for (const std::byte one : *bytes) text.push_back(static_cast<char>(std::to_integer<unsigned char>(one)));
+  auto plan = sim::ParseFaultPlan(text, path);
+  if (!plan) return Fail(plan);
+  return std::make_unique<sim::ReplayFaults>(std::move(*plan));
+}
+
+/// Puts the faults between the recorded buses and the drivers.
+ReplayOptions Between(sim::ReplayFaults& faults) {
+  ReplayOptions options;
+  options.wrap_usb = [&faults](const auto& ports, Clock& clock) { return faults.WrapUsb(ports, clock); };
+  options.wrap_can = [&faults](const auto& buses, Clock& clock) { return faults.WrapCan(buses, clock); };
+  options.on_begin = [&faults] { faults.NoteScan(); };
+  options.on_level = [&faults](const ScanLevel&) { faults.NoteLevel(); };
+  return options;
+}
+
 }  // namespace
 
 Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storage, Clock& clock,
@@ -135,10 +158,14 @@ Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storag
   task.Report("read the recording", 0, 1);
   const auto recording = ReadWholeRecording(storage, request.recording);
   if (!recording) return Fail(recording);
-  if (!request.faults.empty()) {
-    return Fail("replay with the faults of " + request.faults, "not yet in this version", "replay without --faults");
-  }
+  std::unique_ptr<sim::ReplayFaults> faults;
   ReplayOptions options;
+  if (!request.faults.empty()) {
+    auto made = ReadFaults(request.faults, storage);
+    if (!made) return Fail(made);
+    faults = std::move(*made);
+    options = Between(*faults);
+  }
   auto replay = Replay::Open(recording->raw, std::move(options));
   if (!replay) {
     const Error& error = replay.error();
@@ -163,6 +190,12 @@ Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storag
   ReplayOutcome outcome{run.comparer().comparison(), run.whole(), seconds(run.scan_time()),
                         seconds(clock.Now() - begin)};
   outcome.comparison.unknown_records = replay->unknown_records();
+  if (faults != nullptr) {
+    outcome.untouched = faults->Untouched();
+    for (const sim::FaultEvent& event : faults->log()) {
+      outcome.faults.push_back(event.text + (event.begins ? "" : " ended"));
+    }
+  }
   return outcome;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/replay.h"
 #include "base/clock.h"
@@ -27,9 +28,11 @@ struct ReplayRequest {
 
 struct ReplayOutcome {
   ReplayComparison comparison;
-  bool whole = false;     ///< From the first to the last level.
-  double scan_s = 0.0;    ///< Recorded time that was replayed, s.
-  double replay_s = 0.0;  ///< What that took, s.
+  bool whole = false;                  ///< From the first to the last level.
+  std::vector<std::string> faults;     ///< That happened, in the order of time.
+  std::vector<std::string> untouched;  ///< Of the plan: what a replay passes over, since it is not of the buses.
+  double scan_s = 0.0;                 ///< Recorded time that was replayed, s.
+  double replay_s = 0.0;               ///< What that took, s.
 };
 
 /// Replays a recording and compares it with itself. Nothing but files is opened: no device, simulated or real. `clock`
