@@ -118,6 +118,12 @@ struct Replay::State {
   template <class T>
   bool EndsAsRecorded(const char* call, const CallEnd& end, const Result<T>& outcome);
   void Differ(std::string field, std::string recorded, std::string replayed);
+  /// How the recorded scan ended; null: the recording does not reach so far.
+  [[nodiscard]] const ScanEnded* End() const {
+    return ended < entries.size() ? &std::get<ScanEnded>(entries[ended].what) : nullptr;
+  }
+  /// Whether the position that is conducted was the scan's last act: something between axis and scan did not like it.
+  [[nodiscard]] bool PositionEndedTheScan() const;
   /// What the devices say makes no sense to the pipeline. If the recorded scan ended by that, it is as recorded.
   Status PipelineFailed(const char* field, const Error& error);
   void TakeAll();
@@ -127,6 +133,7 @@ struct Replay::State {
   std::uint64_t unknown = 0;
   std::size_t opening = 0;  ///< Index of RingOpening.
   std::size_t begun = 0;    ///< Index of ScanBegun.
+  std::size_t ended = 0;    ///< Index of ScanEnded, or the number of entries.
   ScanPlan plan;
   AxisReadingLayout layout;
   bool has_layout = false;
@@ -181,6 +188,7 @@ Status Replay::State::Divide() {
   }
   begun = find(ScanBegun(), opening);
   if (begun == entries.size()) return NoRawBytes("the raw bytes end before the scan began");
+  ended = find(ScanEnded(), begun);
   auto read = PlanFromJson(std::get<ScanBegun>(entries[begun].what).plan_json);
   if (!read) return Fail(read);
   plan = std::move(*read);
@@ -279,11 +287,23 @@ bool Replay::State::EndsAsRecorded(const char* call, const CallEnd& end, const R
 }
 
 Status Replay::State::PipelineFailed(const char* field, const Error& error) {
-  const auto* end = std::get_if<ScanEnded>(&entries.back().what);
-  if (end != nullptr && end->error.find(error.seen) != std::string::npos) return {};
+  if (const ScanEnded* end = End(); end != nullptr && end->error.find(error.seen) != std::string::npos) return {};
   Differ(field, {}, error.Text());
   over = true;
   return {};
+}
+
+bool Replay::State::PositionEndedTheScan() const {
+  if (End() == nullptr || End()->error.empty()) return false;
+  for (std::size_t i = next; i < ended; ++i) {
+    if (std::holds_alternative<StopCalled>(entries[i].what)) return true;
+    const bool goes_on = std::holds_alternative<NextLevelCalled>(entries[i].what) ||
+                         std::holds_alternative<ReadClockCalled>(entries[i].what) ||
+                         std::holds_alternative<PositionCalled>(entries[i].what) ||
+                         std::holds_alternative<HandedOn>(entries[i].what);
+    if (goes_on) return false;
+  }
+  return true;
 }
 
 Status Replay::State::Do(const StartCalled& call) {
@@ -342,7 +362,7 @@ Status Replay::State::Do(const ModbusExchanged& exchange) {
 }
 
 Status Replay::State::Do(const PositionCalled& call) {
-  if (!call.fresh) return {};
+  if (!call.fresh || PositionEndedTheScan()) return {};
   if (!decoder || !registers || !decoder->Covers(*registers)) {
     Differ("position", "fresh", "the recording holds no registers of it");
     return {};

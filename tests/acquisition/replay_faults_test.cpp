@@ -1,5 +1,8 @@
 // Faults before the record (what the driver saw then is replayed) and behind it (a sound scan meets faults now).
 
+#include "sim/replay_faults.h"
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -93,9 +96,9 @@ class RandomFaults {
   std::deque<sim::FaultyCanBus> can_;
 };
 
-class ReplayFaults : public testing::TestWithParam<RingCase> {};
+class ReplayWithFaults : public testing::TestWithParam<RingCase> {};
 
-TEST_P(ReplayFaults, OfARecordedScanComeAgain) {
+TEST_P(ReplayWithFaults, OfARecordedScanComeAgain) {
   int ended_well = 0;
   int lost = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -113,7 +116,7 @@ TEST_P(ReplayFaults, OfARecordedScanComeAgain) {
   std::printf("%s: of 12 scans with faults %d ended well, %d lost frames\n", GetParam().name, ended_well, lost);
 }
 
-TEST_P(ReplayFaults, PutIntoASoundScanDoTheSameEachTime) {
+TEST_P(ReplayWithFaults, PutIntoASoundScanDoTheSameEachTime) {
   TappedBooth booth(NoisyCone(GetParam()));
   TapeSink tape;
   const auto summary = booth.Scan(ShortPlan(), tape);
@@ -133,7 +136,68 @@ TEST_P(ReplayFaults, PutIntoASoundScanDoTheSameEachTime) {
   EXPECT_GT(different, Cases() / 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Buses, ReplayFaults, test::kRingCases, test::RingCaseName);
+/// A comparison with the faults of a plan behind the record.
+struct Replayed {
+  ReplayComparison comparison;
+  std::vector<sim::FaultEvent> log;
+  std::vector<std::string> untouched;
+};
+
+Replayed ReplayWith(const Recording& recording, const sim::FaultPlan& plan) {
+  sim::ReplayFaults faults(plan);
+  ReplayOptions options;
+  options.wrap_usb = [&](const auto& ports, Clock& clock) { return faults.WrapUsb(ports, clock); };
+  options.wrap_can = [&](const auto& buses, Clock& clock) { return faults.WrapCan(buses, clock); };
+  options.on_begin = [&] { faults.NoteScan(); };
+  options.on_level = [&](const ScanLevel&) { faults.NoteLevel(); };
+  const auto compared = CompareWithRecorded(recording, std::move(options), {});
+  Replayed replayed;
+  if (compared) {
+    replayed.comparison = *compared;
+  } else {
+    replayed.comparison.first.emplace().replayed = compared.error().Text();
+  }
+  replayed.log = faults.log();
+  replayed.untouched = faults.Untouched();
+  return replayed;
+}
+
+TEST_P(ReplayWithFaults, OfAnyPlanDoTheSameEachTime) {
+  TappedBooth booth(NoisyCone(GetParam()));
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  for (std::uint64_t number = 0; number < static_cast<std::uint64_t>(Cases()); ++number) {
+    const sim::FaultPlan plan = sim::RandomFaultPlan(11, number);
+    const Replayed once = ReplayWith(tape.recording, plan);
+    const Replayed again = ReplayWith(tape.recording, plan);
+    EXPECT_EQ(once.comparison.BriefReport(), again.comparison.BriefReport()) << sim::WriteFaultPlan(plan);
+    EXPECT_EQ(once.log, again.log);
+    // What is not of the ring's buses changes nothing.
+    if (once.untouched.size() == plan.faults.size()) {
+      EXPECT_TRUE(once.comparison.identical()) << once.comparison.BriefReport();
+    }
+  }
+}
+
+TEST(ReplayFaults, PullABoardAtALevelOfASoundScan) {
+  TappedBooth booth(NoisyCone());
+  TapeSink tape;
+  ASSERT_TRUE(booth.Scan(ShortPlan(), tape));
+  const auto plan = sim::ParseFaultPlan(R"({"format": "annulus fault plan", "version": 1, "faults": [
+      {"at": {"level": 20}, "target": "usb", "kind": "unplug", "args": {"board": 4}}]})",
+                                        "plan.json");
+  ASSERT_TRUE(plan) << plan.error().Text();
+  const Replayed replayed = ReplayWith(tape.recording, *plan);
+  ASSERT_TRUE(replayed.comparison.first);
+  EXPECT_EQ(replayed.comparison.first->field, "call NextLevel");
+  EXPECT_THAT(replayed.comparison.first->replayed, testing::HasSubstr("ring board 1005"));
+  // Level 20 came out while the next one or two were under way.
+  EXPECT_EQ(replayed.comparison.identical_levels, replayed.comparison.replayed_levels);
+  EXPECT_GE(replayed.comparison.replayed_levels, 21U);
+  EXPECT_LE(replayed.comparison.replayed_levels, 22U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Buses, ReplayWithFaults, test::kRingCases, test::RingCaseName);
 
 }  // namespace
 }  // namespace annulus
