@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 13> kLater{{{"replay", "re-run a scan from its recorded bytes"},
-                                               {"calibrate", "solve for the ring's geometry and offsets"},
+constexpr std::array<LaterCommand, 12> kLater{{{"calibrate", "solve for the ring's geometry and offsets"},
                                                {"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
                                                {"flatten", "flat patterns"},
@@ -100,10 +99,10 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   AddProgressOption(app, progress);
   CommandWork chosen;
   for (const auto& add :
-       {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand, AddRecoverCommand,
-        AddFitCommand, AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand, AddDistanceCommand,
-        AddLandmarksCommand, AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand,
-        AddDoctorCommand, AddSimDevicesCommand}) {
+       {AddDemoCommand,    AddScanCommand,    AddReplayCommand,   AddImportCommand,    AddExportCommand,
+        AddInspectCommand, AddRecoverCommand, AddFitCommand,      AddEvalCommand,      AddSectionCommand,
+        AddSlabCommand,    AddRegionCommand,  AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
+        AddCompareCommand, AddGlassesCommand, AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -16,6 +16,7 @@ using CommandWork = std::function<Status(CommandIo&)>;
 /// `chosen` must outlive `app`.
 void AddDemoCommand(CLI::App& app, CommandWork& chosen);
 void AddScanCommand(CLI::App& app, CommandWork& chosen);
+void AddReplayCommand(CLI::App& app, CommandWork& chosen);
 void AddImportCommand(CLI::App& app, CommandWork& chosen);
 void AddExportCommand(CLI::App& app, CommandWork& chosen);
 void AddInspectCommand(CLI::App& app, CommandWork& chosen);
