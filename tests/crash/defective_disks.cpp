@@ -57,9 +57,9 @@ class PlacedFile : public ForwardingFile {
 };
 
 /// Says "written" while the bytes are in a buffer of the program, as stdio does.
-class BufferedFile final : public PlacedFile {
+class BufferedFile final : public ForwardingFile {
  public:
-  using PlacedFile::PlacedFile;
+  using ForwardingFile::ForwardingFile;
   Status Append(std::span<const std::byte> bytes) override {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
     constexpr std::size_t kBufferBytes = std::size_t{64} << 10U;
@@ -77,6 +77,16 @@ class BufferedFile final : public PlacedFile {
     return status;
   }
   std::vector<std::byte> buffer_;
+};
+
+class BufferedFiles final : public ForwardingStorage {
+ public:
+  using ForwardingStorage::ForwardingStorage;
+  Result<std::unique_ptr<AppendFile>> Create(const std::string& path) override {
+    auto file = below_.Create(path);
+    if (!file) return Fail(file);
+    return std::make_unique<BufferedFile>(std::move(*file));
+  }
 };
 
 class UnsyncedFile final : public PlacedFile {
@@ -273,9 +283,12 @@ class TruncatesOnCreate final : public ForwardingStorage {
 
 }  // namespace
 
+std::unique_ptr<Storage> BufferingStorage(Storage& below) { return std::make_unique<BufferedFiles>(below); }
+
 std::vector<PlantedDefect> DefectiveDisks() {
+  const Defect buffered = [](Storage& below, CrashDisk&) { return BufferingStorage(below); };
   return {
-      {"a buffer of 64 KiB with early acknowledgement", {.below = Files<BufferedFile>()}},
+      {"a buffer of 64 KiB with early acknowledgement", {.below = buffered}},
       {"a sync that does nothing", {.below = Files<UnsyncedFile>()}},
       {"a sync's error is swallowed", {.below = Files<SyncErrorSwallowed>()}},
       {"a failed sync is tried again and believed", {.below = Files<SyncTriedAgain>()}},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,8 @@ struct PlantedDefect {
 std::vector<PlantedDefect> DefectiveDisks();
 /// Readers that return what they should not, or less than they could, and recoveries that hide what was lost.
 std::vector<PlantedDefect> DefectiveReaders();
+
+/// A disk whose files say "written" while up to 64 KiB are in a buffer of the program. Borrows `below`.
+std::unique_ptr<Storage> BufferingStorage(Storage& below);
 
 }  // namespace annulus::test

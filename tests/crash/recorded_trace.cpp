@@ -73,6 +73,7 @@ void MakeContent(Trace& trace, const TracePlan& plan) {
   trace.scan = MakeScan(plan.levels, plan.sensors);
   const std::int64_t period_ns = 1'000'000'000LL / plan.levels_per_s;
   for (ScanLevel& level : trace.scan.levels) {
+    for (RangeReading& reading : level.readings) reading.range_mm += plan.content;
     level.time = std::chrono::nanoseconds(1'000'000'000LL + period_ns * level.index);
     trace.axis.push_back({level.time - std::chrono::milliseconds(1), 1800.0 - 5.0 * level.index});
     if (level.index % kLevelsPerEvent == 0) {

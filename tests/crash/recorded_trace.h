@@ -21,6 +21,7 @@ struct TracePlan {
   std::uint32_t levels = 24;
   std::size_t sensors = 4;
   std::uint32_t levels_per_s = 24;
+  std::uint32_t content = 0;    ///< Which of the scans that are alike but for what was measured.
   bool finish = true;           ///< Else the writer goes away after the last level.
   Defect below{};               ///< Between the disk and what is believed of it.
   Defect above{};               ///< Between the writer and what is believed of it.

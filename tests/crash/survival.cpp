@@ -35,6 +35,7 @@ void CheckDurable(const Recording& read, std::size_t durable, const std::string&
   std::size_t there = 0;
   for (const ScanLevel& level : read.scan.levels) there += level.index < durable ? 1 : 0;
   if (there < durable) {
+    tally.most_durable_lost = std::max<std::uint64_t>(tally.most_durable_lost, durable - there);
     tally.Violate(tally.durable_lost, place + ": " + std::to_string(durable) + " levels were durable, " +
                                           std::to_string(there) + " of them are there");
   }

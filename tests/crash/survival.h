@@ -14,7 +14,8 @@ struct Tally {
   std::uint64_t false_levels = 0;   ///< Returned, but not as written, or out of order.
   std::uint64_t false_records = 0;  ///< The same of axis points and events.
   std::uint64_t false_headers = 0;
-  std::uint64_t durable_lost = 0;  ///< Promised levels that are not there.
+  std::uint64_t durable_lost = 0;       ///< Promised levels that are not there.
+  std::uint64_t most_durable_lost = 0;  ///< In one state.
   std::uint64_t unreadable = 0;    ///< States whose recording is missing or cannot be read although it was durable.
   std::uint64_t miscounted = 0;    ///< Reports that call damage whole, or count other losses than there are.
   std::uint64_t over_bound = 0;    ///< States with more levels at risk than promised.

@@ -174,7 +174,7 @@ class Remains {
   void CopyNew(const Range& range) { Put(bytes_, range.begin, Part(file_.cached, range)); }
 
   void Spoil(Range range) {
-    if (!cut_.garbage_spares_durable_bytes) range.begin -= range.begin % CrashDisk::kSectorBytes;
+    if (cut_.garbage == Garbage::kWholeSector) range.begin -= range.begin % CrashDisk::kSectorBytes;
     for (std::uint64_t at = range.begin; at < range.end; ++at) bytes_[at] = static_cast<std::byte>(dice_.Next() >> 56U);
   }
 

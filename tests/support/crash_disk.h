@@ -27,15 +27,20 @@ enum class DiskFault {
 /// What the caller of a sync does until it is over.
 enum class SyncCaller { kWaits, kGoesOn };
 
+/// Where a sector that became garbage is garbage.
+enum class Garbage {
+  kNewBytes,     ///< Where bytes were being written; the durable ones before them stay (power-safe overwrite).
+  kWholeSector,  ///< From its start: a drive that spoils the sector it rewrites.
+};
+
 /// A power cut: which calls were over, and what became of the rest.
 struct PowerCut {
-  std::size_t entries = 0;                   ///< Calls of the journal that were made.
-  std::uint64_t torn_bytes = 0;              ///< Bytes of the next call, if it is a write, that were taken.
-  std::chrono::nanoseconds time{0};          ///< When; on the clock of set_time().
-  std::chrono::nanoseconds sync_takes{0};    ///< A sync that nobody waited for is over this long after its call.
-  std::uint64_t seed = 0;                    ///< Draws the fate of every sector.
-  bool garbage_spares_durable_bytes = true;  ///< False: a drive that spoils the sector it rewrites (no power-safe
-                                             ///< overwrite).
+  std::size_t entries = 0;                 ///< Calls of the journal that were made.
+  std::uint64_t torn_bytes = 0;            ///< Bytes of the next call, if it is a write, that were taken.
+  std::chrono::nanoseconds time{0};        ///< When; on the clock of set_time().
+  std::chrono::nanoseconds sync_takes{0};  ///< A sync that nobody waited for is over this long after its call.
+  std::uint64_t seed = 0;                  ///< Draws the fate of every sector.
+  Garbage garbage = Garbage::kNewBytes;    ///< Where garbage goes.
 };
 
 /// A simulated disk with its file system and page cache. Every call is kept in a journal, from which the remains of a
