@@ -103,7 +103,9 @@ Result<Recording> StopsAtTheFirstDamage(std::span<const std::byte> bytes) {
 
 Result<Recording> CallsDamageWhole(std::span<const std::byte> bytes) {
   auto read = HonestReader(bytes);
-  if (read) read->report = {.finished = true, .levels_lost = 0, .notes = {}};
+  if (!read) return read;
+  read->report = RecordingReport();
+  read->report.finished = true;
   return read;
 }
 

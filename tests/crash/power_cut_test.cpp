@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <utility>
 
 #include "survival.h"
 
@@ -16,6 +17,7 @@ using test::HonestReader;
 using test::PowerCut;
 using test::Record;
 using test::RecordAtBothRates;
+using test::Sealing;
 using test::Subject;
 using test::Tally;
 using test::Trace;
@@ -30,7 +32,10 @@ std::uint64_t States() {
 }
 
 TEST(PowerCut, D11_KeepsEverySyncedLevelAndReturnsNoFalseOne) {
-  const std::vector<Trace> traces = RecordAtBothRates(Subject());
+  std::vector<Trace> traces = RecordAtBothRates(Subject());
+  Subject sealed;
+  sealed.sealing = Sealing::kSealed;
+  for (Trace& trace : RecordAtBothRates(sealed)) traces.push_back(std::move(trace));
   for (const Trace& trace : traces) ASSERT_TRUE(trace.finished) << trace.failure->Text();
   const Tally tally = CutPower(traces, HonestReader, 1, States());
   std::cout << tally.Line("power cut") << "\n";

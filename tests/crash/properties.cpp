@@ -93,7 +93,7 @@ void CheckDamaged(const Trace& trace, const Result<Recording>& read, std::size_t
 }
 
 Trace RecordOne(const Subject& subject, std::uint32_t levels) {
-  return Record({.levels = levels, .below = subject.below, .above = subject.above});
+  return Record({.levels = levels, .sealing = subject.sealing, .below = subject.below, .above = subject.above});
 }
 
 }  // namespace
@@ -103,8 +103,12 @@ Tally FailEveryCall(const Subject& subject, std::uint32_t levels) {
   for (const DiskFault fault : {DiskFault::kNoSpace, DiskFault::kIoError, DiskFault::kShortWrite, DiskFault::kSyncError,
                                 DiskFault::kReadOnly}) {
     for (std::uint64_t n = 1;; ++n) {
-      const Trace trace =
-          Record({.levels = levels, .below = subject.below, .above = subject.above, .fail_call = n, .fault = fault});
+      const Trace trace = Record({.levels = levels,
+                                  .sealing = subject.sealing,
+                                  .below = subject.below,
+                                  .above = subject.above,
+                                  .fail_call = n,
+                                  .fault = fault});
       if (!trace.disk->fault_hit()) break;
       CheckFailure(trace, subject, std::string(NameOf(fault)) + " at call " + std::to_string(n), tally);
     }
@@ -181,8 +185,12 @@ Tally StartAgain(const Subject& subject, std::uint64_t states) {
     const CrashDisk::Files files = trace.disk->AfterPowerCut(cut);
     if (!files.contains(trace.temporary)) continue;
     ++tally.states;
-    const Trace again =
-        Record({.levels = 2, .finish = false, .below = subject.below, .above = subject.above, .existing = files});
+    const Trace again = Record({.levels = 2,
+                                .sealing = subject.sealing,
+                                .finish = false,
+                                .below = subject.below,
+                                .above = subject.above,
+                                .existing = files});
     std::size_t most = 0;
     for (const auto& [path, bytes] : again.disk->Live()) {
       if (const auto read = subject.reader(bytes)) most = std::max(most, read->scan.levels.size());

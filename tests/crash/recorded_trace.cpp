@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "forwarding_storage.h"
+#include "subject.h"
 #include "tests/acquisition/scan_fixture.h"
 
 namespace annulus::test {
@@ -72,13 +73,23 @@ void Judge(Trace& trace, const Status& status) {
 void MakeContent(Trace& trace, const TracePlan& plan) {
   trace.scan = MakeScan(plan.levels, plan.sensors);
   const std::int64_t period_ns = 1'000'000'000LL / plan.levels_per_s;
+  Dice dice(plan.content);
   for (ScanLevel& level : trace.scan.levels) {
     for (RangeReading& reading : level.readings) reading.range_mm += plan.content;
     level.time = std::chrono::nanoseconds(1'000'000'000LL + period_ns * level.index);
-    trace.axis.push_back({level.time - std::chrono::milliseconds(1), 1800.0 - 5.0 * level.index});
-    if (level.index % kLevelsPerEvent == 0) {
-      trace.events.push_back({level.time, "level " + std::to_string(level.index)});
+    const auto before = level.time - std::chrono::milliseconds(1);
+    trace.axis.push_back({before, 1800.0 - 5.0 * level.index});
+    for (const RawChannel channel : {RawChannel::kUsb, RawChannel::kModbus}) {
+      RawRecord record{channel, before, std::vector<std::byte>(20 + dice.Below(30))};
+      for (std::byte& byte : record.bytes) byte = static_cast<std::byte>(dice.Next() >> 56U);
+      trace.raw.push_back(std::move(record));
     }
+    if (level.index % kLevelsPerEvent != 0) continue;
+    trace.events.push_back({level.time, "level " + std::to_string(level.index)});
+    SafetyLines lines;
+    lines.time = level.time;
+    lines.input[level.index % lines.input.size()] = true;
+    trace.safety.push_back(lines);
   }
 }
 
@@ -86,9 +97,11 @@ void MakeContent(Trace& trace, const TracePlan& plan) {
 Status AppendAll(RecordingWriter& writer, const Trace& trace, const ScanLevel& level) {
   const AxisPoint& axis = trace.axis[level.index];
   RETURN_IF_ERROR(writer.AppendAxis(axis.time, axis.z_mm));
+  for (const std::size_t i : {0U, 1U}) RETURN_IF_ERROR(writer.AppendRaw(trace.raw[2 * std::size_t{level.index} + i]));
   if (level.index % kLevelsPerEvent == 0) {
     const RecordedEvent& event = trace.events[level.index / kLevelsPerEvent];
     RETURN_IF_ERROR(writer.AppendEvent(event.time, event.text));
+    RETURN_IF_ERROR(writer.AppendSafety(trace.safety[level.index / kLevelsPerEvent]));
   }
   return writer.AppendLevel(level);
 }
@@ -108,7 +121,7 @@ void WriteLevels(RecordingWriter& writer, Witness& witness, Trace& trace) {
 RecordingOptions OptionsFor(const TracePlan& plan) {
   RecordingOptions options;
   options.reserve_bytes = std::uint64_t{1} << 16U;
-  options.sync_every_levels = plan.levels_per_s > 30 ? 5 : 3;
+  if (plan.sealing == Sealing::kSealed) options.keys = &TestKeys();
   return options;
 }
 
@@ -157,7 +170,7 @@ std::size_t Trace::DurableLevels(const PowerCut& cut) const {
 std::size_t Trace::LevelsGiven(const PowerCut& cut) const {
   const auto whole = static_cast<std::size_t>(
       std::upper_bound(level_entries.begin(), level_entries.end(), cut.entries) - level_entries.begin());
-  return std::min(whole + 1, acknowledged());
+  return std::min(whole + (cut.torn_bytes > 0 ? 1 : 0), scan.levels.size());
 }
 
 }  // namespace annulus::test

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/recording.h"
+#include "acquisition/sealed_file.h"
 #include "tests/support/crash_disk.h"
 
 namespace annulus::test {
@@ -16,17 +17,21 @@ namespace annulus::test {
 /// A defect put around a disk: a Storage that hands its calls on, wrongly. Null: none.
 using Defect = std::function<std::unique_ptr<Storage>(Storage& below, CrashDisk& disk)>;
 
+/// Whether a recording is encrypted on the disk.
+enum class Sealing { kPlain, kSealed };
+
 /// What to record.
 struct TracePlan {
   std::uint32_t levels = 24;
   std::size_t sensors = 4;
   std::uint32_t levels_per_s = 24;
-  std::uint32_t content = 0;    ///< Which of the scans that are alike but for what was measured.
-  bool finish = true;           ///< Else the writer goes away after the last level.
-  Defect below{};               ///< Between the disk and what is believed of it.
-  Defect above{};               ///< Between the writer and what is believed of it.
-  CrashDisk::Files existing{};  ///< On the disk before.
-  std::uint64_t fail_call = 0;  ///< The call of the disk that fails (1 = the first); 0: none.
+  std::uint32_t content = 0;          ///< Which of the scans that are alike but for what was measured.
+  Sealing sealing = Sealing::kPlain;  ///< Sealed: the same bytes but for the file's id, which is random.
+  bool finish = true;                 ///< Else the writer goes away after the last level.
+  Defect below{};                     ///< Between the disk and what is believed of it.
+  Defect above{};                     ///< Between the writer and what is believed of it.
+  CrashDisk::Files existing{};        ///< On the disk before.
+  std::uint64_t fail_call = 0;        ///< The call of the disk that fails (1 = the first); 0: none.
   DiskFault fault = DiskFault::kIoError;
 };
 
@@ -43,6 +48,8 @@ struct Trace {
   Scan scan;                    ///< What was given to the writer (all of the plan's levels).
   std::vector<AxisPoint> axis;  ///< The same.
   std::vector<RecordedEvent> events;
+  std::vector<RawRecord> raw;
+  std::vector<SafetyLines> safety;
   std::string path;                 ///< The recording's name when it is finished.
   std::string temporary;            ///< Before.
   std::unique_ptr<CrashDisk> disk;  ///< With the journal.
@@ -64,7 +71,8 @@ struct Trace {
   [[nodiscard]] std::size_t LevelsGiven(const PowerCut& cut) const;
 };
 
-/// Small synthetic levels at the plan's rate, with an axis point before each and an event at every fifth.
+/// Small synthetic levels at the plan's rate; before each an axis point and two raw records, at every fifth an event
+/// and the safety lines.
 Trace Record(const TracePlan& plan);
 
 }  // namespace annulus::test

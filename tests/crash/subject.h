@@ -7,7 +7,10 @@
 
 namespace annulus::test {
 
-/// How bytes become a recording: ParseRecording, or a planted defect around it.
+/// The key of every sealed recording here.
+const KeySource& TestKeys();
+
+/// How bytes become a recording: ParseRecording with TestKeys, or a planted defect around it.
 using Reader = std::function<Result<Recording>(std::span<const std::byte> bytes)>;
 Result<Recording> HonestReader(std::span<const std::byte> bytes);
 
@@ -19,6 +22,7 @@ Result<bool> HonestRecoverer(Storage& storage, const std::string& from, const st
 struct Subject {
   Defect below{};  ///< Between the disk and what the writer is told.
   Defect above{};  ///< Between the writer and what it asks for.
+  Sealing sealing = Sealing::kPlain;
   Reader reader = HonestReader;
   Recoverer recover = HonestRecoverer;
 };
