@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "acquisition/mcap_bytes.h"
+#include "acquisition/recording_channels.h"
 #include "planted_defects.h"
 
 namespace annulus::test {
@@ -13,8 +14,14 @@ std::string_view TextOf(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The records of a chunk, unpacked without a look at its CRC; nothing if they cannot be.
-std::optional<std::string> UnpackChunk(std::string_view content) {
+/// A chunk without a look at its CRC.
+struct UncheckedChunk {
+  std::uint32_t crc = 0;
+  std::string records;
+};
+
+/// The chunk of a record's content; nothing if it cannot be unpacked.
+std::optional<UncheckedChunk> UnpackChunk(std::string_view content) {
   McapCursor cursor(content);
   if (!cursor.TakeRaw(2 * sizeof(std::uint64_t))) return std::nullopt;
   const auto unpacked_bytes = cursor.Take<std::uint64_t>();
@@ -23,14 +30,26 @@ std::optional<std::string> UnpackChunk(std::string_view content) {
   const auto records = cursor.TakeString<std::uint64_t>();
   constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20U;
   if (!records || !crc || !compression || *unpacked_bytes > kMostBytes) return std::nullopt;
-  if (*compression != "zstd") return std::string(*records);
   std::string unpacked(*unpacked_bytes, '\0');
   const std::size_t got = ZSTD_decompress(unpacked.data(), unpacked.size(), records->data(), records->size());
   if (ZSTD_isError(got) != 0U || got != unpacked.size()) return std::nullopt;
-  return unpacked;
+  return UncheckedChunk{*crc, std::move(unpacked)};
 }
 
-/// The file with the records of every chunk changed by `edit` and packed anew, with a CRC that is right.
+/// The content of a chunk record that is not packed and whose CRC is right.
+std::string PlainChunk(std::string_view times, const std::string& records) {
+  McapBytes chunk;
+  chunk.PutRaw(times);
+  chunk.Put(static_cast<std::uint64_t>(records.size()));
+  chunk.Put(McapCrc(0, std::as_bytes(std::span(records))));
+  chunk.PutString("");
+  chunk.Put(static_cast<std::uint64_t>(records.size()));
+  chunk.PutRaw(records);
+  return chunk.bytes();
+}
+
+/// The file with the records of every chunk changed by `edit`. A chunk of which the result and the CRC disagree is put
+/// back with a CRC that is right; the others stay as they are.
 template <class Edit>
 std::vector<std::byte> WithChunks(std::span<const std::byte> bytes, Edit edit) {
   const std::string_view file = TextOf(bytes);
@@ -45,20 +64,13 @@ std::vector<std::byte> WithChunks(std::span<const std::byte> bytes, Edit edit) {
       out.PutRaw(rest);
       break;
     }
-    auto records = *opcode == static_cast<std::uint8_t>(McapOpcode::kChunk) ? UnpackChunk(*content) : std::nullopt;
-    if (!records) {
+    auto chunk = *opcode == static_cast<std::uint8_t>(McapOpcode::kChunk) ? UnpackChunk(*content) : std::nullopt;
+    if (chunk) edit(chunk->records);
+    if (chunk && McapCrc(0, std::as_bytes(std::span(chunk->records))) != chunk->crc) {
+      out.PutRecord(McapOpcode::kChunk, PlainChunk(content->substr(0, 2 * sizeof(std::uint64_t)), chunk->records));
+    } else {
       out.PutRaw(rest.substr(0, kMcapRecordHeaderBytes + content->size()));
-      continue;
     }
-    edit(*records);
-    McapBytes chunk;
-    chunk.PutRaw(content->substr(0, 2 * sizeof(std::uint64_t)));
-    chunk.Put(static_cast<std::uint64_t>(records->size()));
-    chunk.Put(McapCrc(0, std::as_bytes(std::span(*records))));
-    chunk.PutString("");
-    chunk.Put(static_cast<std::uint64_t>(records->size()));
-    chunk.PutRaw(*records);
-    out.PutRecord(McapOpcode::kChunk, chunk.bytes());
   }
   const auto result = std::as_bytes(std::span(out.bytes().data(), out.size()));
   return {result.begin(), result.end()};
@@ -68,7 +80,7 @@ Result<Recording> IgnoresTheCrc(std::span<const std::byte> bytes) {
   return HonestReader(WithChunks(bytes, [](std::string&) {}));
 }
 
-/// Overwrites the sequence numbers of the first channel's messages with 0, 1, 2, …
+/// Overwrites the sequence numbers of the levels with 0, 1, 2, …
 Result<Recording> RenumbersLevels(std::span<const std::byte> bytes) {
   std::uint32_t next = 0;
   return HonestReader(WithChunks(bytes, [&](std::string& records) {
@@ -80,7 +92,8 @@ Result<Recording> RenumbersLevels(std::span<const std::byte> bytes) {
       if (!content) return;
       McapCursor message(*content);
       const auto channel = message.Take<std::uint16_t>();
-      const bool is_level = *opcode == static_cast<std::uint8_t>(McapOpcode::kMessage) && channel == std::uint16_t{1};
+      const bool is_level = *opcode == static_cast<std::uint8_t>(McapOpcode::kMessage) &&
+                            channel == static_cast<std::uint16_t>(RecordingChannel::kLevels);
       if (!is_level) continue;
       const std::uint32_t sequence = next++;
       std::memcpy(records.data() + at + kMcapRecordHeaderBytes + sizeof(std::uint16_t), &sequence, sizeof sequence);
@@ -98,7 +111,8 @@ Result<Recording> StopsAtTheFirstDamage(std::span<const std::byte> bytes) {
     const std::size_t at = std::stoull(note.substr(start.size()));
     damage = std::min(damage.value_or(at), at);
   }
-  return damage && *damage < bytes.size() ? HonestReader(bytes.first(*damage)) : std::move(read);
+  auto before = HonestReader(bytes.first(std::min(damage.value_or(bytes.size()), bytes.size())));
+  return before ? std::move(before) : std::move(read);
 }
 
 Result<Recording> CallsDamageWhole(std::span<const std::byte> bytes) {

@@ -22,14 +22,14 @@ struct Property {
 constexpr std::uint64_t kCuts = 1'000;
 
 const Property kProperties[] = {
+    {"rearranged writes", [](const Subject& subject) { return RearrangeWrites(subject, 6); }},
+    {"recovery", [](const Subject& subject) { return Recover(subject, 30); }},
+    {"start after a cut", [](const Subject& subject) { return StartAgain(subject, 40); }},
+    {"failing calls", [](const Subject& subject) { return FailEveryCall(subject, 6); }},
     {"power cut",
      [](const Subject& subject) { return CutPower(RecordAtBothRates(subject), subject.reader, 1, kCuts); }},
-    {"failing calls", [](const Subject& subject) { return FailEveryCall(subject, 12); }},
-    {"cut file", [](const Subject& subject) { return CutTheFile(subject, 8, 17); }},
+    {"cut file", [](const Subject& subject) { return CutTheFile(subject, 6, 17); }},
     {"flipped bits", [](const Subject& subject) { return FlipBits(subject, 6, 13); }},
-    {"rearranged writes", [](const Subject& subject) { return RearrangeWrites(subject, 8); }},
-    {"start after a cut", [](const Subject& subject) { return StartAgain(subject, 40); }},
-    {"recovery", [](const Subject& subject) { return Recover(subject, 100); }},
 };
 
 /// The first property that the subject does not have, with what was seen; empty: it has all.

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <thread>
 
 #include "acquisition/recording.h"
 #include "forwarding_storage.h"
@@ -23,6 +25,8 @@ using test::Dice;
 
 constexpr std::uint32_t kMostLevels = 120;
 constexpr std::size_t kSensors = 6;
+/// Levels that a recording process is ahead of the disk at most, so that there is something to acknowledge.
+constexpr std::uint32_t kMostUnsaid = 3;
 
 /// What the recording process says through the pipe; one write each, which a pipe never tears.
 struct Said {
@@ -90,8 +94,9 @@ class Recorder {
     std::uint32_t said = 0;
     for (std::uint32_t level = 0; level < levels; ++level) {
       if (!writer->AppendLevel(scan_.levels[level])) return false;
-      for (; said < writer->written_levels(); ++said) {
-        if (!Say({Said::What::kLevel, recording, said})) return false;
+      while (level + 1 - said >= kMostUnsaid || said < writer->written_levels()) {
+        if (said < writer->written_levels() && !Say({Said::What::kLevel, recording, said++})) return false;
+        std::this_thread::yield();
       }
     }
     return writer->Finish() && Say({Said::What::kFinished, recording, levels});
@@ -203,6 +208,7 @@ void RecordKillAndCheck(const Scan& scan, const RecorderPlan& plan, KillTally& t
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // should the test itself be killed
     ::close(ends[0]);
     Recorder(folder, scan, plan).Run(ends[1]);
   }

@@ -73,6 +73,7 @@ void Judge(Trace& trace, const Status& status) {
 void MakeContent(Trace& trace, const TracePlan& plan) {
   trace.scan = MakeScan(plan.levels, plan.sensors);
   const std::int64_t period_ns = 1'000'000'000LL / plan.levels_per_s;
+  trace.scan.header.wall_start_ns += plan.content;
   Dice dice(plan.content);
   for (ScanLevel& level : trace.scan.levels) {
     for (RangeReading& reading : level.readings) reading.range_mm += plan.content;
