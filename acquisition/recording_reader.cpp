@@ -219,6 +219,7 @@ Result<Recording> ParseRecording(std::span<const std::byte> bytes, const std::st
   if (!recording) return recording;
   RecordingReport& report = recording->report;
   report.sealed = true;
+  report.frames_lost = opened->frames_lost;
   report.notes.insert(report.notes.begin(), opened->notes.begin(), opened->notes.end());
   return recording;
 }

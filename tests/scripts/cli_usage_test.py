@@ -4,9 +4,9 @@
 import annulus_cli
 from annulus_cli import ProgramTest
 
-COMMANDS = ("demo", "scan", "import", "export", "inspect", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render",
+COMMANDS = ("demo", "scan", "import", "export", "inspect", "recover", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render",
             "doctor", "sim-devices")
-NOT_YET = ("recover", "replay", "calibrate", "clay", "elastic", "flatten", "wrinkly", "convert",
+NOT_YET = ("replay", "calibrate", "clay", "elastic", "flatten", "wrinkly", "convert",
            "boothd", "serve", "store", "rebuild", "batch", "support-bundle")
 
 
