@@ -62,6 +62,8 @@ State StateOf(Outcome outcome) {
   return static_cast<State>(static_cast<int>(outcome) - static_cast<int>(Outcome::kSafe));
 }
 
+bool EndsWithReset(const ScanCause& cause) { return cause.ends_with_reset || cause.code == CauseCode::kChainOpen; }
+
 /// What somebody in this state can do to get on.
 const char* WayOn(State state) {
   switch (state) {
@@ -102,7 +104,7 @@ const char* ScanEventText(ScanEventKind kind) {
 }
 
 bool ScanMachine::Latched() const {
-  return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !cause.ends_with_reset; });
+  return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !EndsWithReset(cause); });
 }
 
 void ScanMachine::Enter(ScanState state, std::chrono::nanoseconds time) {
@@ -163,7 +165,7 @@ Status ScanMachine::Handle(const ScanEvent& event) {
       causes_.clear();
       break;
     case Kind::kResetTaken:
-      std::erase_if(causes_, [](const ScanCause& cause) { return cause.ends_with_reset; });
+      std::erase_if(causes_, [](const ScanCause& cause) { return EndsWithReset(cause); });
       break;
     case Kind::kHomeOrdered:
       homed_ = false;  // the drive gives up its old reference at the switch; a homing that is broken off has none
