@@ -67,15 +67,19 @@ void Scanner::State::Step() {
       Run(job);
     }
   } catch (const std::bad_alloc&) {
-    StopHard();
-    Fault({CauseCode::kMemory, "the program ran out of memory", "restart the program", clock.Now()});
+    Break(job, CauseCode::kMemory, "the program ran out of memory", "restart the program");
   } catch (const std::exception& error) {
-    StopHard();
-    Fault({CauseCode::kInternal, std::string("a bug of this program: ") + error.what(), "report this, with the log",
-           clock.Now()});
+    Break(job, CauseCode::kInternal, std::string("a bug of this program: ") + error.what(),
+          "report this, with the log");
   }
   const std::scoped_lock lock(mutex);
   running = Job::kNone;
+}
+
+void Scanner::State::Break(Job job, CauseCode code, const std::string& text, const std::string& advice) {
+  Fault({code, text, advice, clock.Now()});
+  StopHard();
+  if (job == Job::kScan && writer) Conclude(Fail("scan", text, advice));
 }
 
 void Scanner::State::Run(Job job) {
@@ -262,6 +266,7 @@ Status Scanner::State::Check(ArmReport& report) {
   task.Report("check the booth", 0, 1);
   {
     const std::scoped_lock lock(mutex);
+    check("watchdog_relay", relay_tested);
     check("chain", reading.latched ? Fail("arm a scan", reading.held_by, "press the reset button") : Status{});
     check("homed", machine.homed() ? Status{} : Fail("arm a scan", "the axis is not homed", "home it"));
     check("alarms", machine.causes().empty()
@@ -276,7 +281,6 @@ Status Scanner::State::Check(ArmReport& report) {
                        ? Fail("arm a scan", "the brake says that it is released", "check brake and its switch")
                        : Status{});
   }
-  check("watchdog_relay", relay_tested);
   check("drive", devices.axis.Verify());
   const GateAnswer answer = gate.Ask(armed);
   check("customer", answer.customer);
@@ -415,22 +419,25 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     if (summary->levels == 0 && !summary->cancelled) {
       ended.status = Fail("scan", "not one level was taken", "check ring and plan");
     }
-  } else if (Stopping()) {
-    // The stop came between two steps, and what was refused then is no fault; what is one was told as it was seen.
-    ended.summary.cancelled = true;
-    ended.summary.planned_levels = plan.TotalLevels();
-    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
   } else {
     ended.status = Fail(summary);
-    // Told already if a device or the disk failed; anything else is told here.
-    Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
-           devices.clock.Now()});
+    ended.summary.planned_levels = plan.TotalLevels();
+    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
+    // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
+    if (!Stopping()) {
+      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
+             devices.clock.Now()});
+    }
   }
   if (state() == ScanState::kStopping || state() == ScanState::kScanning) StopHard();
   if (devices.tap != nullptr) devices.tap->Detach();
   EndRecording(ended);
   ended.complete = ended.complete && ended.status && !ended.summary.cancelled;
   const std::scoped_lock lock(mutex);
+  if (!ended.status && machine.causes().empty()) {
+    ended.status = {};
+    ended.summary.cancelled = true;
+  }
   if (ended.status && !machine.causes().empty()) {
     const ScanCause& cause = machine.causes().front();
     ended.status = Fail("scan", cause.text, cause.advice);
@@ -543,6 +550,9 @@ void Scanner::State::Recover() {
 
 Status Scanner::State::MayMove() {
   const std::scoped_lock lock(mutex);
+  // Nothing moves while nobody looks at the chain.
+  const nanoseconds now = clock.Now();
+  if (ticked) JudgeGapLocked(now - *ticked, now);
   if (machine.may_move()) return {};
   return Fail("move the axis", std::string("the booth is ") + ScanStateText(machine.state()),
               machine.causes().empty() ? "wait, then give the order again" : machine.causes().front().advice);
