@@ -71,6 +71,7 @@ struct ScanCause {
   std::string text;                  ///< What was seen, in plain words.
   std::string advice;                ///< What to do.
   std::chrono::nanoseconds time{0};  ///< Host clock, when first seen.
+  bool ends_with_reset = false;      ///< The interlock watches it: its reset is taken only when it is gone.
 };
 
 }  // namespace annulus

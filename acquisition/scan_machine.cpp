@@ -102,8 +102,7 @@ const char* ScanEventText(ScanEventKind kind) {
 }
 
 bool ScanMachine::Latched() const {
-  return std::any_of(causes_.begin(), causes_.end(),
-                     [](const ScanCause& cause) { return cause.code != CauseCode::kChainOpen; });
+  return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !cause.ends_with_reset; });
 }
 
 void ScanMachine::Enter(ScanState state, std::chrono::nanoseconds time) {
@@ -161,7 +160,7 @@ Status ScanMachine::Handle(const ScanEvent& event) {
       causes_.clear();
       break;
     case Kind::kResetTaken:
-      std::erase_if(causes_, [](const ScanCause& cause) { return cause.code == CauseCode::kChainOpen; });
+      std::erase_if(causes_, [](const ScanCause& cause) { return cause.ends_with_reset; });
       break;
     case Kind::kHomed:
       homed_ = true;

@@ -17,6 +17,7 @@ constexpr nanoseconds kPollTime = std::chrono::milliseconds(4);   ///< What one 
 constexpr nanoseconds kHomingDeadline = std::chrono::seconds(90);
 constexpr nanoseconds kStopDeadline = std::chrono::milliseconds(300);
 constexpr nanoseconds kFirstLevelDeadline = std::chrono::milliseconds(500);
+constexpr nanoseconds kSettleDeadline = std::chrono::seconds(10);
 constexpr int kProvingLevels = 2;
 constexpr int kClockReadings = 8;  ///< Of each board before the first sweep.
 constexpr double kAtPlaceMm = 0.05;
@@ -61,6 +62,8 @@ class ScanRun {
   Status StartRing();
   Status Sweep(std::uint32_t sweep);
   Status Dwell();
+  /// Waits until all that was taken is durable.
+  Status Settle();
   /// Starts the move of a sweep so that its first level falls on a SYNC.
   Status StartInPhase(double first_mm, double end_mm);
   /// Follows the axis until the next level is due, reads it, and hands on what is complete.
@@ -109,9 +112,26 @@ Status ScanRun::Perform() {
   RETURN_IF_ERROR(GoTo(plan_.parked() ? plan_.z_top_mm : TurnMm(true)));
   if (Stopping()) return {};
   RETURN_IF_ERROR(StartRing());
-  if (plan_.parked()) return Dwell();
-  for (sweep_ = 0; sweep_ < plan_.sweeps && !Stopping(); ++sweep_) RETURN_IF_ERROR(Sweep(sweep_));
-  return {};
+  if (plan_.parked()) {
+    RETURN_IF_ERROR(Dwell());
+  } else {
+    for (sweep_ = 0; sweep_ < plan_.sweeps && !Stopping(); ++sweep_) RETURN_IF_ERROR(Sweep(sweep_));
+  }
+  return Stopping() ? Status{} : Settle();
+}
+
+Status ScanRun::Settle() {
+  task_.Report("bring the scan to the disk", 0, 1);
+  const nanoseconds deadline = clock_.Now() + kSettleDeadline;
+  while (true) {
+    const auto settled = sink_.Settle();
+    if (!settled) return Fail(settled);
+    if (*settled || Stopping()) return {};
+    if (clock_.Now() >= deadline) {
+      return Fail("bring the scan to the disk", "the disk did not take it in 10 s", "check the disk; the scan is kept");
+    }
+    RETURN_IF_ERROR(Watch());
+  }
 }
 
 Status ScanRun::ProveRing() {

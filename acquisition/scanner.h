@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/beat_clock.h"
 #include "acquisition/bus_tap.h"
 #include "acquisition/recording.h"
 #include "acquisition/scan_gate.h"
@@ -28,6 +29,7 @@ struct ScannerDevices {
   RangeRing& ring;
   ScanAxis& axis;
   Interlock& interlock;
+  BeatClock& clock;       ///< That of ring and axis.
   BusTap* tap = nullptr;  ///< Null: no raw bytes are recorded.
 };
 
@@ -67,6 +69,7 @@ struct ScannerStatus {
   std::string stage;                   ///< Of it, for people.
   double done = 0.0;                   ///< Of `total` units of the stage.
   double total = 0.0;
+  std::uint64_t start_presses = 0;  ///< Of the start key at the booth, since the program started.
   double z_mm = 0.0;                         ///< Carriage; meaningless unless homed.
   std::optional<ArmReport> arm;              ///< Of the last order to arm.
   std::optional<ScanResult> scan;            ///< The last one that ended.
@@ -77,6 +80,8 @@ struct ScannerOptions {
   RecordingOptions recording;
   std::size_t single_dead_sensors = 2;  ///< So many sensors that never see anything, not adjacent, are put up with.
   double jog_speed_mm_s = 20.0;         ///< Service speed.
+  /// What the host has to say before a scan: real-time priority, temperature, supply, wall clock. May be empty.
+  std::function<std::vector<ArmCheck>()> host_checks;
   /// Told every level as it is taken, on the worker thread; must return quickly. May be empty.
   std::function<void(const ScanLevel&)> on_level;
 };
@@ -94,7 +99,7 @@ struct ScannerOptions {
 /// Jog.
 class Scanner {
  public:
-  /// Gate, storage and clock are borrowed. The devices' clock is a BeatClock over the same time (Beat()).
+  /// Gate, storage and clock are borrowed; `clock` is the control thread's, and shows the same time as the devices'.
   Scanner(ScannerDevices devices, ScanGate& gate, Storage& storage, Clock& clock, ScannerOptions options = {});
   ~Scanner();
   Scanner(const Scanner&) = delete;
@@ -114,10 +119,11 @@ class Scanner {
   Status Jog(JogDirection direction);
   [[nodiscard]] ScannerStatus status() const;
 
+  /// Control thread, once, before the first tick: tests the watchdog relay, which takes about a second. An Error is
+  /// also kept as a check that fails: nothing can be armed then.
+  Status Begin();
   /// Control thread.
   void Tick();
-  /// Worker thread: it lives. Called by the clock of the devices whenever a driver looks at the time or waits.
-  void Beat();
   /// Worker thread: the next order, or one look at the axis; returns after the order, or at the next tick.
   void Step();
 

@@ -59,6 +59,7 @@ class CanRangeRing final : public RangeRing {
   Result<RingLevel> NextLevel(nanoseconds deadline) override;
   Status Reopen(nanoseconds deadline) override;
   Result<ClockExchange> ReadClock(std::size_t board) override;
+  [[nodiscard]] RingTrouble trouble() const override { return trouble_; }
 
  private:
   [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
@@ -86,6 +87,7 @@ class CanRangeRing final : public RangeRing {
   std::vector<RingBoard> boards_;
   RingLimits limits_;
   State state_ = State::kIdle;
+  RingTrouble trouble_ = RingTrouble::kNone;
   Status usable_;  ///< Why the ring must be opened again before it may start: the nodes are no longer those of boards_.
   RingCounters counters_;
   std::uint64_t overflows_at_start_ = 0;
@@ -96,9 +98,12 @@ class CanRangeRing final : public RangeRing {
 };
 
 Status CanRangeRing::Start(Hertz level_rate) {
+  trouble_ = RingTrouble::kOrder;
   RETURN_IF_ERROR(CheckRingState("start the ring", state_, State::kIdle));
-  RETURN_IF_ERROR(usable_);
   RETURN_IF_ERROR(CheckLevelRate(level_rate, limits_, "correct the scan plan, or spread the boards over more buses"));
+  trouble_ = RingTrouble::kIdentity;
+  RETURN_IF_ERROR(usable_);
+  trouble_ = RingTrouble::kBus;
   RETURN_IF_ERROR(CheckBuses());
   counters_ = {};
   CountOverflows();
@@ -145,10 +150,12 @@ Status CanRangeRing::CheckBuses() {
 
 /// Every board is heard, and while streaming in the state that it was ordered into.
 Status CanRangeRing::CheckNodes(CanNodeState required) {
+  trouble_ = RingTrouble::kBoardLost;
   for (std::size_t board = 0; board < links_.size(); ++board) {
     const CanNode& node = NodeOf(board);
     const std::string attempted = "watch " + BoardName(boards_[board]);
     if (node.alien_serial || node.levels.foreign_serial()) {
+      trouble_ = RingTrouble::kIdentity;
       return Fail(attempted,
                   "another board" + (node.alien_serial ? ", " + std::to_string(*node.alien_serial) + "," : "") +
                       " sends under its node id",
@@ -163,6 +170,7 @@ Status CanRangeRing::CheckNodes(CanNodeState required) {
 }
 
 Status CanRangeRing::StartBoards(Hertz level_rate) {
+  trouble_ = RingTrouble::kBus;
   const auto period_us = static_cast<std::uint32_t>(std::lround(1e6 / level_rate.value()));
   CanRingOrders orders = Orders();
   RETURN_IF_ERROR(orders.Prepare(period_us));
@@ -210,12 +218,15 @@ Result<RingLevel> CanRangeRing::NextLevel(nanoseconds deadline) {
 
 Status CanRangeRing::FirstFault() {
   for (const CanRingBus& bus : buses_) {
-    if (bus.fault()) return FailWith(*bus.fault());
+    if (!bus.fault()) continue;
+    trouble_ = bus.fault_is_of_a_board() ? RingTrouble::kBoardLost : RingTrouble::kBus;
+    return FailWith(*bus.fault());
   }
   return {};
 }
 
 Status CanRangeRing::CheckAllSpoke() {
+  trouble_ = RingTrouble::kBoardLost;
   std::string silent;
   std::size_t count = 0;
   for (std::size_t board = 0; board < links_.size(); ++board) {
@@ -248,6 +259,7 @@ Result<RingLevel> CanRangeRing::Assemble() {
     ++counters_.lost_frames;
     losses_[board].Lose();
     if (losses_[board].full()) {
+      trouble_ = RingTrouble::kData;
       return Fail("read level " + std::to_string(wanted_) + " of the ring",
                   BoardName(boards_[board]) + " loses frames repeatedly",
                   "check the bus' wiring and load and the host's load, then start again");
@@ -261,6 +273,7 @@ Result<RingLevel> CanRangeRing::Assemble() {
 Status CanRangeRing::Put(std::size_t board, const CanLevel& arrived, RingLevel& level) {
   const LevelFrame& told = arrived.level;
   if ((told.status & kFrameEmitterFault) != 0) {
+    trouble_ = RingTrouble::kEmitter;
     return Fail("read " + BoardName(boards_[board]), "it reports an emitter fault",
                 "keep the ring off and have the board replaced");
   }
@@ -294,6 +307,7 @@ void CanRangeRing::UpdateCounters() {
 
 Status CanRangeRing::Stop() {
   const bool was_well = state_ == State::kStreaming;
+  trouble_ = RingTrouble::kBus;
   Status result = Orders().StopAll(was_well ? kStopAttempts : 1);
   // What is known to be broken can not be stopped, and need not be.
   if (!was_well) result = {};
@@ -317,7 +331,10 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
     told = ReadNumber<std::uint32_t>(bus, links_[board].node, {kClockIndex, clock_question_}, options_.sdo_timeout, 1);
     if (bus.fault()) break;
   }
-  if (!told) return Fail(told);
+  if (!told) {
+    trouble_ = RingTrouble::kBus;
+    return Fail(told);
+  }
   // When the answer came, not when it was collected; but an arrival before the question is a false one.
   const nanoseconds arrival = bus.last_reply_time();
   exchange.host_after = arrival > exchange.host_before ? arrival : clock_.Now();
@@ -327,6 +344,7 @@ Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
 
 Status CanRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
+  trouble_ = RingTrouble::kBoardLost;
   usable_ = FindAll(deadline);
   return usable_;
 }
@@ -339,6 +357,7 @@ Status CanRangeRing::FindAll(nanoseconds deadline) {
   for (std::size_t board = 0; board < links_.size(); ++board) {
     const RingBoard& now = (*links)[board].board;
     if (now.serial == boards_[board].serial && now.first_sensor == boards_[board].first_sensor) continue;
+    trouble_ = RingTrouble::kIdentity;
     return Fail("open the ring again", BoardName(now) + " stands where " + BoardName(boards_[board]) + " was",
                 "connect the board that was there, or start the program again");
   }

@@ -86,6 +86,11 @@ void CanRingBus::RaiseFault(std::string attempted, std::string seen, std::string
   if (!fault_) fault_ = Error{std::move(attempted), std::move(seen), std::move(advice)};
 }
 
+void CanRingBus::RaiseBoardFault(std::string attempted, std::string seen, std::string advice) {
+  if (!fault_) fault_is_of_a_board_ = true;
+  RaiseFault(std::move(attempted), std::move(seen), std::move(advice));
+}
+
 void CanRingBus::Note(const CanFailure& failure, const std::string& attempted) {
   RaiseFault(attempted, name_ + ": " + CanFailureText(failure), AdviceFor(failure.fault));
   if (failure.fault == CanFault::kDown || failure.fault == CanFault::kGone) health_.state = CanState::kDown;
@@ -165,8 +170,8 @@ void CanRingBus::TakeHeartbeat(const Heartbeat& beat, nanoseconds host_time) {
     ++node.boots;
     // Once identified, a board that boots has lost what it was told.
     if (node.serial != 0) {
-      RaiseFault("read " + NodeName(beat.node), "it restarted",
-                 "check the board's supply and cable, then open the ring again");
+      RaiseBoardFault("read " + NodeName(beat.node), "it restarted",
+                      "check the board's supply and cable, then open the ring again");
     }
   }
   node.state = StateOf(beat.state);
@@ -189,8 +194,8 @@ void CanRingBus::TakeEmergency(const Emergency& emergency) {
     LogLimited(NodeName(emergency.node) + ": " + text);
     return;
   }
-  RaiseFault("read " + NodeName(emergency.node), text,
-             "look the code up in docs/wire_protocol.md; have the board checked");
+  RaiseBoardFault("read " + NodeName(emergency.node), text,
+                  "look the code up in docs/wire_protocol.md; have the board checked");
 }
 
 void CanRingBus::TakeSdoReply(NodeId node, const CanFrame& frame, nanoseconds host_time) {

@@ -62,7 +62,12 @@ class CanRingBus {
   /// The first thing that went wrong and ends a scan (bus-off, interface gone, a board restarted or in emergency),
   /// since Forgive.
   [[nodiscard]] const std::optional<Error>& fault() const { return fault_; }
-  void Forgive() { fault_.reset(); }
+  /// A board said so itself; else it is the bus or its controller.
+  [[nodiscard]] bool fault_is_of_a_board() const { return fault_is_of_a_board_; }
+  void Forgive() {
+    fault_.reset();
+    fault_is_of_a_board_ = false;
+  }
   /// How a board is called in messages, once it is known.
   void SetNodeName(NodeId node, std::string name) { node_names_[node] = std::move(name); }
   [[nodiscard]] std::string NodeName(NodeId node) const;
@@ -111,6 +116,7 @@ class CanRingBus {
   void TakeReport(const CanReport& report, std::chrono::nanoseconds host_time);
   void EnterState(CanState state, std::chrono::nanoseconds host_time);
   void RaiseFault(std::string attempted, std::string seen, std::string advice);
+  void RaiseBoardFault(std::string attempted, std::string seen, std::string advice);
   void LogLimited(const std::string& text);
 
   static constexpr int kMostCollected = 4096;
@@ -122,6 +128,7 @@ class CanRingBus {
   std::map<NodeId, std::string> node_names_;
   CanBusHealth health_;
   std::optional<Error> fault_;
+  bool fault_is_of_a_board_ = false;
   SdoTransfer* transfer_ = nullptr;  ///< Running; set within Transfer only.
   NodeId transfer_node_ = 0;
   bool refused_ = false;  ///< The last transfer was ended by the node itself.

@@ -75,9 +75,20 @@ class ModbusScanAxis final : public ScanAxis {
   Status QuickStop() override;
   Status Disable() override;
   Status Reopen(nanoseconds deadline) override;
+  Status Verify() override { return CheckParameters(); }
+  [[nodiscard]] AxisTrouble trouble() const override { return trouble_; }
 
  private:
-  [[nodiscard]] Status Gate(const char* call, State required) const;
+  /// No usable reply.
+  tl::unexpected<Error> NoReply(const std::string& attempted, const ModbusFailure& failure) {
+    trouble_ = AxisTrouble::kLink;
+    return Unanswered(attempted, failure);
+  }
+  tl::unexpected<Error> FailAs(AxisTrouble trouble, std::string attempted, std::string seen, std::string advice) {
+    trouble_ = trouble;
+    return Fail(std::move(attempted), std::move(seen), std::move(advice));
+  }
+  [[nodiscard]] Status Gate(const char* call, State required);
   /// One order. If it fails, no other follows but stops; if it was not answered, nothing at all.
   DriveReply Order(std::uint16_t control);
   /// A stop order, repeated if need be.
@@ -90,7 +101,7 @@ class ModbusScanAxis final : public ScanAxis {
   /// Reads until the acknowledge bit is as wanted; if that takes too long, the axis is stopped.
   Status AwaitAcknowledge(DriveReply answer, std::uint16_t wanted, const char* attempted);
   Status StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted);
-  Status CheckMove(Millimetres z, MillimetresPerSecond speed) const;
+  Status CheckMove(Millimetres z, MillimetresPerSecond speed);
   Status AwaitStandstill();
   Status CheckDrive(const DriveAnswer& answer);
   [[nodiscard]] DriveState StateOf(const DriveAnswer& answer) const {
@@ -111,6 +122,7 @@ class ModbusScanAxis final : public ScanAxis {
   Clock& clock_;
   ModbusAxisOptions options_;
   State state_ = State::kDisabled;
+  AxisTrouble trouble_ = AxisTrouble::kNone;
   DriveParameters parameters_;
   AxisPosition last_;
   int failures_ = 0;                 ///< Readings in a row without a good reply.
@@ -121,10 +133,11 @@ class ModbusScanAxis final : public ScanAxis {
   std::uint64_t drive_time_us_ = 0;  ///< Unwrapped.
 };
 
-Status ModbusScanAxis::Gate(const char* call, State required) const {
+Status ModbusScanAxis::Gate(const char* call, State required) {
   if (state_ == required) return {};
-  return Fail(call, std::string("the axis is ") + StateText(state_) + ", it must be " + StateText(required),
-              state_ == State::kDisabled ? "enable the axis first" : "disable the axis and enable it again");
+  return FailAs(AxisTrouble::kOrder, call,
+                std::string("the axis is ") + StateText(state_) + ", it must be " + StateText(required),
+                state_ == State::kDisabled ? "enable the axis first" : "disable the axis and enable it again");
 }
 
 DriveReply ModbusScanAxis::Order(std::uint16_t control) {
@@ -166,7 +179,8 @@ Status ModbusScanAxis::CheckLine() const {
 Status ModbusScanAxis::Identify() {
   // The program may have been restarted in mid-transaction: ReadAgain tries once more.
   const DriveReply answer = dialogue_.ReadAgain(map_.IdentityBlock());
-  if (!answer) return Unanswered("identify the axis drive", answer.error());
+  if (!answer) return NoReply("identify the axis drive", answer.error());
+  trouble_ = AxisTrouble::kParameters;
   parameters_ = ParseDriveParameters(answer->registers, map_);
   return CheckDriveParameters(parameters_, options_);
 }
@@ -175,8 +189,9 @@ Status ModbusScanAxis::CheckParameters() {
   const DriveReply answer = dialogue_.ReadAgain(map_.IdentityBlock());
   if (!answer) {
     if (state_ != State::kDisabled) state_ = State::kFault;
-    return Unanswered("check the axis drive's parameters", answer.error());
+    return NoReply("check the axis drive's parameters", answer.error());
   }
+  trouble_ = AxisTrouble::kParameters;
   return CheckUnchanged(parameters_, ParseDriveParameters(answer->registers, map_));
 }
 
@@ -185,8 +200,8 @@ Status ModbusScanAxis::CheckDrive(const DriveAnswer& answer) {
   const DriveState drive = StateOf(answer);
   if (drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
     state_ = State::kFault;
-    return Fail("run the axis", AxisFaultText(answer.registers.Word(map_.fault_code)),
-                "clear the cause, then enable and home the axis again");
+    return FailAs(AxisTrouble::kDrive, "run the axis", AxisFaultText(answer.registers.Word(map_.fault_code)),
+                  "clear the cause, then enable and home the axis again");
   }
   if (state_ == State::kEnabled && drive != DriveState::kOperationEnabled) {
     state_ = State::kFault;
@@ -203,14 +218,14 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
   // A drive that is told to reset its fault still reports it until its next cycle.
   const bool resets = control == control_word::kFaultReset;
   while (true) {
-    if (!answer) return Unanswered(attempted, answer.error());
+    if (!answer) return NoReply(attempted, answer.error());
     const DriveState drive = StateOf(*answer);
     if (drive == wanted) return {};
     if ((drive == DriveState::kFault && !resets) || clock_.Now() >= deadline) {
-      return Fail(attempted,
-                  drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
-                                              : "it stays in " + DriveText(*answer),
-                  "check the safety chain and the drive's supply and enable line, then try again");
+      return FailAs(AxisTrouble::kDrive, attempted,
+                    drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
+                                                : "it stays in " + DriveText(*answer),
+                    "check the safety chain and the drive's supply and enable line, then try again");
     }
     clock_.SleepUntil(clock_.Now() + kPollPause);
     answer = dialogue_.ReadAgain(status_block_);
@@ -222,14 +237,14 @@ Status ModbusScanAxis::ResetFault() {
   DriveState drive = DriveState::kFaultReaction;
   while (drive == DriveState::kFaultReaction && clock_.Now() < deadline) {
     const DriveReply answer = dialogue_.ReadAgain(status_block_);
-    if (!answer) return Unanswered("read the axis drive's state", answer.error());
+    if (!answer) return NoReply("read the axis drive's state", answer.error());
     drive = StateOf(*answer);
     if (drive == DriveState::kFaultReaction) clock_.SleepUntil(clock_.Now() + kPollPause);
   }
   if (drive != DriveState::kFault) return {};
   // The drive resets on the rising edge of the bit.
   const DriveReply low = Order(control_word::kDisableVoltage);
-  if (!low) return Unanswered("reset the axis drive's fault", low.error());
+  if (!low) return NoReply("reset the axis drive's fault", low.error());
   return GoTo(DriveState::kSwitchOnDisabled, control_word::kFaultReset);
 }
 
@@ -258,7 +273,7 @@ Status ModbusScanAxis::AwaitAcknowledge(DriveReply answer, std::uint16_t wanted,
   while (true) {
     if (!answer) {
       Abandon();
-      return Unanswered(attempted, answer.error());
+      return NoReply(attempted, answer.error());
     }
     RETURN_IF_ERROR(CheckDrive(*answer));
     if ((answer->registers.Word(map_.status_word) & status_word::kAcknowledge) == wanted) return {};
@@ -267,9 +282,9 @@ Status ModbusScanAxis::AwaitAcknowledge(DriveReply answer, std::uint16_t wanted,
     answer = dialogue_.ReadAgain(status_block_);
   }
   Abandon();
-  return Fail(attempted,
-              wanted != 0 ? "the drive does not take the target" : "the drive still acknowledges an earlier target",
-              "check the drive's state and limits, then disable the axis and enable it again");
+  return FailAs(AxisTrouble::kDrive, attempted,
+                wanted != 0 ? "the drive does not take the target" : "the drive still acknowledges an earlier target",
+                "check the drive's state and limits, then disable the axis and enable it again");
 }
 
 Status ModbusScanAxis::StartMotion(std::uint16_t mode, std::uint16_t control, const char* attempted) {
@@ -277,20 +292,20 @@ Status ModbusScanAxis::StartMotion(std::uint16_t mode, std::uint16_t control, co
   // goes with it: a drive may need a cycle to change it.
   dialogue_.Set(map_.mode, mode);
   DriveReply answer = Order(control_word::kEnableOperation);
-  if (!answer) return Unanswered(attempted, answer.error());
+  if (!answer) return NoReply(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
   const bool handshake = mode == kModeProfilePosition;
   // What acknowledged the last target, or told the end of homing, must not be taken for an answer to this order.
   if (handshake) RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), 0, attempted));
   answer = Order(control);
-  if (!answer) return Unanswered(attempted, answer.error());
+  if (!answer) return NoReply(attempted, answer.error());
   RETURN_IF_ERROR(CheckDrive(*answer));
   homing_ = mode == kModeHoming;
   if (!handshake) return {};
   RETURN_IF_ERROR(AwaitAcknowledge(std::move(answer), status_word::kAcknowledge, attempted));
   // The set-point handshake: our bit back to 0, so that the next one is an edge again.
   answer = Order(static_cast<std::uint16_t>(control & ~control_word::kStart));
-  if (!answer) return Unanswered(attempted, answer.error());
+  if (!answer) return NoReply(attempted, answer.error());
   return CheckDrive(*answer);
 }
 
@@ -304,7 +319,8 @@ Status ModbusScanAxis::StartHoming() {
   return {};
 }
 
-Status ModbusScanAxis::CheckMove(Millimetres z, MillimetresPerSecond speed) const {
+Status ModbusScanAxis::CheckMove(Millimetres z, MillimetresPerSecond speed) {
+  trouble_ = AxisTrouble::kOrder;
   const char* attempted = "move the axis";
   if (!last_.homed) return Fail(attempted, "the axis is not homed", "home the axis first");
   const AxisLimits& limits = parameters_.identity.limits;
@@ -389,7 +405,7 @@ Result<AxisPosition> ModbusScanAxis::ReadingFailed(const ModbusFailure& failure)
   if (failure.fault != ModbusFault::kLinkLost && failures_ <= (busy ? kBusyReadings : kSilentReadings)) return last_;
   if (state_ != State::kDisabled) state_ = State::kFault;
   if (failure.fault == ModbusFault::kLinkLost) homing_due_ = true;
-  return Unanswered("read the axis' position", failure);
+  return NoReply("read the axis' position", failure);
 }
 
 Result<AxisPosition> ModbusScanAxis::Position() {
@@ -402,8 +418,8 @@ Result<AxisPosition> ModbusScanAxis::Position() {
   last_ = Read(*answer);
   RETURN_IF_ERROR(CheckDrive(*answer));
   if (state_ == State::kEnabled && (answer->registers.Word(map_.status_word) & status_word::kModeError) != 0) {
-    return Fail("run the axis", "the drive reports a homing or following error",
-                "look for an obstacle, check the home switch, then home the axis again");
+    return FailAs(AxisTrouble::kDrive, "run the axis", "the drive reports a homing or following error",
+                  "look for an obstacle, check the home switch, then home the axis again");
   }
   return last_;
 }
@@ -420,6 +436,7 @@ Status ModbusScanAxis::AwaitStandstill() {
       if (!last_.moving && clock_.Now() - moved >= rest) return {};
     }
     if (clock_.Now() >= deadline) {
+      trouble_ = answer ? AxisTrouble::kDrive : AxisTrouble::kLink;
       return Fail("stop the axis", answer ? "it still moves" : ModbusFailureText(answer.error()),
                   "press the emergency stop");
     }
@@ -430,14 +447,16 @@ Status ModbusScanAxis::AwaitStandstill() {
 Status ModbusScanAxis::Halt() {
   RETURN_IF_ERROR(Gate("halt the axis", State::kEnabled));
   const DriveReply answer = Order(control_word::kEnableOperation | control_word::kHalt);
-  if (!answer) return Unanswered("halt the axis", answer.error());
+  if (!answer) return NoReply("halt the axis", answer.error());
   return CheckDrive(*answer);
 }
 
 Status ModbusScanAxis::QuickStop() {
   const DriveReply answer = StopOrder(control_word::kQuickStop);
   if (state_ != State::kDisabled) state_ = State::kStopped;
-  if (!answer) return Fail("quick-stop the axis", ModbusFailureText(answer.error()), "press the emergency stop");
+  if (!answer)
+    return FailAs(AxisTrouble::kLink, "quick-stop the axis", ModbusFailureText(answer.error()),
+                  "press the emergency stop");
   return AwaitStandstill();
 }
 
@@ -446,14 +465,16 @@ Status ModbusScanAxis::Disable() {
   state_ = State::kDisabled;
   const nanoseconds deadline = clock_.Now() + kStateDeadline;
   while (true) {
-    if (!answer) return Fail("disable the axis", ModbusFailureText(answer.error()), "press the emergency stop");
+    if (!answer)
+      return FailAs(AxisTrouble::kLink, "disable the axis", ModbusFailureText(answer.error()),
+                    "press the emergency stop");
     const DriveState drive = StateOf(*answer);
     if (drive == DriveState::kSwitchOnDisabled || drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
       return {};
     }
     if (clock_.Now() >= deadline) {
-      return Fail("disable the axis", std::string("the drive stays in '") + DriveStateText(drive) + "'",
-                  "press the emergency stop");
+      return FailAs(AxisTrouble::kDrive, "disable the axis",
+                    std::string("the drive stays in '") + DriveStateText(drive) + "'", "press the emergency stop");
     }
     clock_.SleepUntil(clock_.Now() + kPollPause);
     answer = dialogue_.ReadAgain(status_block_);
@@ -471,7 +492,7 @@ Status ModbusScanAxis::Reopen(nanoseconds deadline) {
   while (true) {
     Status again;
     if (const auto opened = dialogue_.Reopen(); !opened) {
-      again = Unanswered("open the link to the axis drive", opened.error());
+      again = NoReply("open the link to the axis drive", opened.error());
     } else {
       again = Identify();
       // It may still be enabled, or even move: our questions alone would keep its heartbeat alive.

@@ -59,6 +59,17 @@ struct RingCounters {
   std::uint64_t overflowed_frames = 0;  ///< CAN: frames of any kind that the host's queues lost before we saw them.
 };
 
+/// What kind of trouble a call of the ring ran into.
+enum class RingTrouble {
+  kNone,
+  kOrder,      ///< The order makes no sense now; nothing is wrong with the ring.
+  kBoardLost,  ///< Boards are unplugged, silent, or restarted.
+  kBus,        ///< Transfers or the bus fail.
+  kData,       ///< Too much of what comes is damaged or lost.
+  kEmitter,    ///< A board reports an emitter fault.
+  kIdentity,   ///< Other boards, versions or places than those that were opened.
+};
+
 /// The ring of range sensors.
 ///
 ///     kIdle --Start--> kStreaming --Stop--> kIdle
@@ -91,6 +102,8 @@ class RangeRing {
   /// must be kIdle and stays so: nothing starts by itself. An Error names the boards that are not back at `deadline`,
   /// or that changed places; Start and ReadClock then return it too, until the ring is opened again.
   virtual Status Reopen(std::chrono::nanoseconds deadline) = 0;
+  /// Of the last call that failed.
+  [[nodiscard]] virtual RingTrouble trouble() const = 0;
   /// Asks a board (index into boards()) for its clock.
   virtual Result<ClockExchange> ReadClock(std::size_t board) = 0;
 };

@@ -46,6 +46,15 @@ struct AxisPosition {
   [[nodiscard]] std::chrono::nanoseconds host_time() const { return (time.host_before + time.host_after) / 2; }
 };
 
+/// What kind of trouble a call of the axis ran into.
+enum class AxisTrouble {
+  kNone,
+  kOrder,       ///< The order makes no sense now; nothing is wrong with the axis.
+  kLink,        ///< The drive does not answer, or not in time.
+  kDrive,       ///< The drive reports a fault, or does not do as it was told.
+  kParameters,  ///< The drive is not, or not set as, what it was identified as.
+};
+
 /// The vertical axis that carries the ring. Calls that move return when the drive has accepted the order; Position
 /// tells how it goes on.
 ///
@@ -97,6 +106,11 @@ class ScanAxis {
   virtual Status QuickStop() = 0;
   /// Takes the power off the motor; the brake holds.
   virtual Status Disable() = 0;
+  /// Asks the drive whether it still is what it was identified as: serial number, versions, limits, times, parameter
+  /// checksum. In every state; moves nothing.
+  virtual Status Verify() = 0;
+  /// Of the last call that failed.
+  [[nodiscard]] virtual AxisTrouble trouble() const = 0;
   /// After a lost link: opens it anew, with pauses that grow from 50 ms to 2 s, until the drive answers or `deadline`;
   /// then the drive is without power, the axis kDisabled and not homed, whatever the drive says, and nothing that was
   /// ordered before is sent again.

@@ -75,6 +75,7 @@ Status UsbBoardLink::Submit() {
 Status UsbBoardLink::Await(nanoseconds deadline) {
   for (int transfers = 0; !has_frame(); ++transfers) {
     if (transfers == kMostTransfersPerLevel) {
+      trouble_ = RingTrouble::kData;
       return Fail("read a level of the ring", name_ + " sends much, but no level frames",
                   "power-cycle the ring; replace the board if it happens again");
     }
@@ -146,10 +147,12 @@ Status UsbBoardLink::Recover() {
 
 Status UsbBoardLink::Sort(const LevelFrame& frame, nanoseconds host_arrival) {
   if (frame.board_serial != serial_) {
+    trouble_ = RingTrouble::kIdentity;
     return Fail("read " + name_, "frames of board " + std::to_string(frame.board_serial),
                 "check that no two boards have the same number, and start again");
   }
   if ((frame.status & kFrameEmitterFault) != 0) {
+    trouble_ = RingTrouble::kEmitter;
     return Fail("read " + name_, "it reports an emitter fault", "keep the ring off and have the board replaced");
   }
   const std::uint32_t earliest = frames_.empty() ? earliest_ : frames_.back().frame.sequence + 1;

@@ -46,6 +46,9 @@ class UsbBoardLink {
   /// It failed in a way that only opening it again may cure.
   [[nodiscard]] bool broken() const { return broken_; }
 
+  /// Of the last call that failed while the board was not gone.
+  [[nodiscard]] RingTrouble trouble() const { return trouble_; }
+
   /// A request without an answer; `what` is the start of the message.
   Status Order(BoardRequest request, std::span<const std::byte> data, std::chrono::nanoseconds timeout,
                const char* what);
@@ -89,6 +92,7 @@ class UsbBoardLink {
   UsbIdentity identity_;
   bool gone_ = false;
   bool broken_ = false;
+  RingTrouble trouble_ = RingTrouble::kBus;
 
   UsbFrameAssembler assembler_;
   std::deque<ArrivedFrame> frames_;        ///< Whole, not yet given out, sequence strictly rising.

@@ -59,6 +59,7 @@ class UsbRangeRing final : public RangeRing {
   Result<RingLevel> NextLevel(nanoseconds deadline) override;
   Status Reopen(nanoseconds deadline) override;
   Result<ClockExchange> ReadClock(std::size_t board) override;
+  [[nodiscard]] RingTrouble trouble() const override { return trouble_; }
 
  private:
   [[nodiscard]] Status CheckMemory() const;
@@ -86,6 +87,7 @@ class UsbRangeRing final : public RangeRing {
   UsbHost* host_;
   Clock& clock_;
   State state_ = State::kIdle;
+  RingTrouble trouble_ = RingTrouble::kNone;
   Status usable_;  ///< Why the ring must be reopened before it may start.
   RingCounters counters_;
   std::uint32_t wanted_ = 0;  ///< Sequence of the next level.
@@ -103,9 +105,12 @@ Status UsbRangeRing::CheckMemory() const {
 }
 
 Status UsbRangeRing::Start(Hertz level_rate) {
+  trouble_ = RingTrouble::kOrder;
   RETURN_IF_ERROR(CheckRingState("start the ring", state_, State::kIdle));
-  RETURN_IF_ERROR(usable_);
   RETURN_IF_ERROR(CheckLevelRate(level_rate, limits_, "correct the scan plan"));
+  trouble_ = RingTrouble::kIdentity;
+  RETURN_IF_ERROR(usable_);
+  trouble_ = RingTrouble::kBus;
   RETURN_IF_ERROR(CheckMemory());
   counters_ = {};
   wanted_ = 0;
@@ -114,6 +119,8 @@ Status UsbRangeRing::Start(Hertz level_rate) {
   if (Status started = StartBoards(level_rate); !started) {
     state_ = State::kFailed;
     static_cast<void>(Stop());
+    const bool gone = std::any_of(links_.begin(), links_.end(), [](const UsbBoardLink& link) { return link.gone(); });
+    trouble_ = gone ? RingTrouble::kBoardLost : RingTrouble::kBus;
     return started;
   }
   return {};
@@ -141,6 +148,7 @@ Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
   CountFrames();
   if (const Status spoke = CheckAllSpoke(); !spoke) {
     state_ = State::kFailed;
+    trouble_ = RingTrouble::kBoardLost;
     return Fail(spoke);
   }
   return Assemble();
@@ -165,6 +173,7 @@ Status UsbRangeRing::Await(UsbBoardLink& link, nanoseconds deadline) {
 tl::unexpected<Error> UsbRangeRing::Explain(const UsbBoardLink& failed, const Status& failure) {
   state_ = State::kFailed;
   CountFrames();
+  trouble_ = failed.gone() ? RingTrouble::kBoardLost : failed.trouble();
   if (!failed.gone()) return Fail(failure);
   clock_.SleepUntil(clock_.Now() + kTogether);
   std::string names;
@@ -212,6 +221,7 @@ Result<RingLevel> UsbRangeRing::Assemble() {
       ++counters_.lost_frames;
       if (!link.loses_frames()) continue;
       state_ = State::kFailed;
+      trouble_ = RingTrouble::kData;
       return Fail("read level " + std::to_string(wanted_) + " of the ring", link.name() + " loses frames repeatedly",
                   "check the board's cable and the host's load, then start again");
     }
@@ -244,6 +254,7 @@ Status UsbRangeRing::Stop() {
   const std::string running = StopBoards(begin + kStopOrders);
   Status result;
   if (!running.empty()) {
+    trouble_ = RingTrouble::kBus;
     result = Fail("stop the ring", running, "switch the ring's supply off: SYNC and emitters may be on");
   }
   for (UsbBoardLink& link : links_) {
@@ -274,6 +285,7 @@ std::string UsbRangeRing::StopBoards(nanoseconds deadline) {
 
 Status UsbRangeRing::Reopen(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("open the ring again", state_, State::kIdle));
+  trouble_ = RingTrouble::kBoardLost;
   usable_ = host_ == nullptr ? FindBorrowed(deadline) : FindAll(deadline);
   if (usable_) accepted_ = boards_;
   return usable_;
@@ -289,6 +301,7 @@ Status UsbRangeRing::FindAll(nanoseconds deadline) {
     if (!first) first = found.error();
   }
   if (first) return Fail("open the ring again", missing, first->advice);
+  trouble_ = RingTrouble::kIdentity;
   return CheckPlaces(accepted_, boards_);
 }
 
@@ -341,7 +354,11 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
   const auto reply =
       port->ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t), options_.control_timeout);
   exchange.host_after = clock_.Now();
-  if (!reply) return FailUsb(attempted, reply.error());
+  if (!reply) {
+    trouble_ = reply.error().status == UsbStatus::kNoDevice ? RingTrouble::kBoardLost : RingTrouble::kBus;
+    return FailUsb(attempted, reply.error());
+  }
+  trouble_ = RingTrouble::kData;
   const auto time = DecodeDeviceTime(*reply);
   if (!time) return Fail(time);
   exchange.device_time = *time;

@@ -130,7 +130,7 @@ double WorstHeightError(const std::vector<ScanLevel>& levels) {
   return worst;
 }
 
-TEST(Scanner, TakesEveryPlannedLevelOfABodyCloseToItsPlace) {
+TEST(ScanRun, TakesEveryPlannedLevelOfABodyCloseToItsPlace) {
   Bench bench(sim::CylinderBooth());
   const ScanPlan plan = BodyPlan();
   const auto summary = bench.Run(plan);
@@ -152,7 +152,7 @@ TEST(Scanner, TakesEveryPlannedLevelOfABodyCloseToItsPlace) {
   }
 }
 
-TEST(Scanner, InterleavesTheSweepsEvenly) {
+TEST(ScanRun, InterleavesTheSweepsEvenly) {
   Bench bench(sim::CylinderBooth());
   ASSERT_TRUE(bench.Run(BodyPlan()));
   // Down and up sweeps together have levels 5 mm apart, although the axis follows its set-point late in both
@@ -165,7 +165,7 @@ TEST(Scanner, InterleavesTheSweepsEvenly) {
   for (std::size_t k = 1; k < heights.size(); ++k) EXPECT_NEAR(heights[k] - heights[k - 1], 5.0, 0.5);
 }
 
-TEST(Scanner, ReadsARoundCylinderAsTheRingsRadiusLessItsOwn) {
+TEST(ScanRun, ReadsARoundCylinderAsTheRingsRadiusLessItsOwn) {
   Bench bench(sim::CylinderBooth());
   ASSERT_TRUE(bench.Run(ShortPlan()));
   for (const ScanLevel& level : bench.sink.levels) {
@@ -180,7 +180,7 @@ TEST(Scanner, ReadsARoundCylinderAsTheRingsRadiusLessItsOwn) {
   }
 }
 
-TEST(Scanner, KnowsTheHeightOfEachReadingWithin50MicrometresAt300MillimetresPerSecond) {
+TEST(ScanRun, KnowsTheHeightOfEachReadingWithin50MicrometresAt300MillimetresPerSecond) {
   double worst = 0.0;
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     sim::BoothOptions options = ConeBooth();
@@ -193,7 +193,7 @@ TEST(Scanner, KnowsTheHeightOfEachReadingWithin50MicrometresAt300MillimetresPerS
   RecordProperty("worst_height_error_um", static_cast<int>(std::lround(worst * 1000.0)));
 }
 
-TEST(Scanner, SurvivesOneLostReplyOfTheDriveWithoutALossOfPlace) {
+TEST(ScanRun, SurvivesOneLostReplyOfTheDriveWithoutALossOfPlace) {
   Bench bench(ConeBooth());
   bench.sink.on_level = [&](std::size_t count) {
     if (count == 10) bench.link.forget = 3;
@@ -205,7 +205,7 @@ TEST(Scanner, SurvivesOneLostReplyOfTheDriveWithoutALossOfPlace) {
   EXPECT_LE(WorstHeightError(bench.sink.levels), 0.05);
 }
 
-TEST(Scanner, GivesTheSameLevelsForTheSameSeedBitForBit) {
+TEST(ScanRun, GivesTheSameLevelsForTheSameSeedBitForBit) {
   const auto levels = [](std::uint64_t seed) {
     sim::BoothOptions options = sim::CylinderBooth(sim::BeamOptions{});
     options.seed = seed;
@@ -227,7 +227,7 @@ TEST(Scanner, GivesTheSameLevelsForTheSameSeedBitForBit) {
   EXPECT_NE(first, levels(8));
 }
 
-TEST(Scanner, StopsWithinHalfASecondOfARequestAndKeepsWhatItTook) {
+TEST(ScanRun, StopsWithinHalfASecondOfARequestAndKeepsWhatItTook) {
   for (const std::size_t at : {1U, 17U, 30U, 31U, 59U}) {
     Bench bench(sim::CylinderBooth());
     nanoseconds requested{0};
@@ -255,7 +255,7 @@ int CountTransactions() {
   return bench.link.transactions - before;
 }
 
-TEST(Scanner, StopsSafelyWheneverItIsAskedTo) {
+TEST(ScanRun, StopsSafelyWheneverItIsAskedTo) {
   const int all = CountTransactions();
   for (int at = 1; at < all; at += all / 60) {
     Bench bench(sim::CylinderBooth());
@@ -272,7 +272,7 @@ TEST(Scanner, StopsSafelyWheneverItIsAskedTo) {
   }
 }
 
-TEST(Scanner, LeavesTheAxisAtRestWheneverTheDriveIsLost) {
+TEST(ScanRun, LeavesTheAxisAtRestWheneverTheDriveIsLost) {
   const int all = CountTransactions();
   for (int at = 1; at < all; at += all / 60) {
     Bench bench(sim::CylinderBooth());
@@ -292,7 +292,7 @@ TEST(Scanner, LeavesTheAxisAtRestWheneverTheDriveIsLost) {
   }
 }
 
-TEST(Scanner, EndsSafelyWheneverABoardIsLost) {
+TEST(ScanRun, EndsSafelyWheneverABoardIsLost) {
   for (int tenths = 0; tenths < 100; tenths += 3) {
     Bench bench(sim::CylinderBooth());
     const nanoseconds pulled = std::chrono::milliseconds(100 * tenths + 37);
@@ -307,7 +307,7 @@ TEST(Scanner, EndsSafelyWheneverABoardIsLost) {
   }
 }
 
-TEST(Scanner, DoesNotMoveWhenStoppedBeforeItBegins) {
+TEST(ScanRun, DoesNotMoveWhenStoppedBeforeItBegins) {
   Bench bench(sim::CylinderBooth());
   bench.stop.request_stop();
   const auto summary = bench.Run(ShortPlan());
@@ -317,7 +317,7 @@ TEST(Scanner, DoesNotMoveWhenStoppedBeforeItBegins) {
   bench.ExpectSafe();
 }
 
-TEST(Scanner, NamesTheBoardThatIsUnpluggedAndStopsTheAxis) {
+TEST(ScanRun, NamesTheBoardThatIsUnpluggedAndStopsTheAxis) {
   Bench bench(sim::CylinderBooth());
   nanoseconds pulled{0};
   bench.sink.on_level = [&](std::size_t count) {
@@ -335,7 +335,7 @@ TEST(Scanner, NamesTheBoardThatIsUnpluggedAndStopsTheAxis) {
   bench.ExpectSafe();
 }
 
-TEST(Scanner, StopsTheAxisWhenTheRecordingFails) {
+TEST(ScanRun, StopsTheAxisWhenTheRecordingFails) {
   Bench bench(sim::CylinderBooth());
   bench.sink.on_level = [](std::size_t count) {
     return count < 12 ? Status{} : Status(Fail("append a level", "the disk is full", "make room"));
@@ -346,7 +346,7 @@ TEST(Scanner, StopsTheAxisWhenTheRecordingFails) {
   bench.ExpectSafe();
 }
 
-TEST(Scanner, SaysSoWhenTheDriveIsGone) {
+TEST(ScanRun, SaysSoWhenTheDriveIsGone) {
   Bench bench(sim::CylinderBooth());
   bench.sink.on_level = [&](std::size_t count) {
     if (count == 12) bench.link.dead = true;
@@ -362,7 +362,7 @@ TEST(Scanner, SaysSoWhenTheDriveIsGone) {
   EXPECT_EQ(bench.booth.drive().state(), DriveState::kFault);
 }
 
-TEST(Scanner, RefusesAPlanThatDoesNotFitBeforeAnythingMoves) {
+TEST(ScanRun, RefusesAPlanThatDoesNotFitBeforeAnythingMoves) {
   Bench bench(sim::CylinderBooth());
   ScanPlan plan = ShortPlan();
   plan.speed_mm_s = 400.0;
@@ -372,7 +372,7 @@ TEST(Scanner, RefusesAPlanThatDoesNotFitBeforeAnythingMoves) {
   EXPECT_TRUE(bench.booth.drive().motion_log().empty());
 }
 
-TEST(Scanner, ScansAHeadInOneMillimetreSteps) {
+TEST(ScanRun, ScansAHeadInOneMillimetreSteps) {
   Bench bench(sim::CylinderBooth());
   const auto summary = bench.Run(*BuiltInPlan("head", Millimetres(sim::kCylinderTopMm)));
   ASSERT_TRUE(summary) << summary.error().Text();
@@ -380,7 +380,7 @@ TEST(Scanner, ScansAHeadInOneMillimetreSteps) {
   EXPECT_EQ(summary->missing_levels, 0U);
 }
 
-TEST(Scanner, ParksTheRingForABreath) {
+TEST(ScanRun, ParksTheRingForABreath) {
   Bench bench(ConeBooth());
   const auto summary = bench.Run(*BuiltInPlan("breath", std::nullopt));
   ASSERT_TRUE(summary) << summary.error().Text();
@@ -389,7 +389,7 @@ TEST(Scanner, ParksTheRingForABreath) {
   EXPECT_NEAR(bench.sink.levels.front().readings[0].z_mm, 1300.0, 0.05);
 }
 
-TEST(Scanner, FindsTheTopOfTheSubjectWithinOneSearchLevel) {
+TEST(ScanRun, FindsTheTopOfTheSubjectWithinOneSearchLevel) {
   Bench bench(sim::CylinderBooth(sim::BeamOptions{}));
   const auto top = FindSubjectTop(*bench.ring, *bench.axis, bench.booth.clock(), {});
   ASSERT_TRUE(top) << top.error().Text();
@@ -400,7 +400,7 @@ TEST(Scanner, FindsTheTopOfTheSubjectWithinOneSearchLevel) {
   ASSERT_TRUE(bench.Run(ShortPlan()));
 }
 
-TEST(Scanner, SaysThatNobodyIsThere) {
+TEST(ScanRun, SaysThatNobodyIsThere) {
   sim::BoothOptions options = sim::CylinderBooth();
   options.subject = std::make_unique<sim::CylinderSubject>(sim::kCylinderRadiusMm, -1.0);
   Bench bench(std::move(options));

@@ -1,0 +1,257 @@
+#include "acquisition/scanner.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "acquisition/scanner_state.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMostNotes = 10'000;
+constexpr std::size_t kMostWarnings = 20;
+
+const char* JobText(bool busy, int job) {
+  constexpr const char* kTexts[] = {"", "home", "arm", "scan", "jog", "recover"};
+  return busy ? kTexts[job] : "";
+}
+
+}  // namespace
+
+bool ArmReport::passed() const {
+  return std::all_of(checks.begin(), checks.end(), [](const ArmCheck& check) { return check.result.has_value(); });
+}
+
+Scanner::State::State(ScannerDevices given, ScanGate& the_gate, Storage& the_storage, Clock& the_clock,
+                      ScannerOptions the_options)
+    : devices(given),
+      gate(the_gate),
+      storage(the_storage),
+      clock(the_clock),
+      options(std::move(the_options)),
+      axis(devices.axis, *this, devices.clock),
+      ring(devices.ring, *this, devices.clock) {
+  devices.clock.OnBeat([this] {
+    const std::scoped_lock lock(mutex);
+    beat = clock.Now();
+  });
+}
+
+ScanState Scanner::State::state() const {
+  const std::scoped_lock lock(mutex);
+  return machine.state();
+}
+
+// --- events ---
+
+void Scanner::State::NoteLocked(nanoseconds time, std::string text) {
+  if (notes.size() == kMostNotes) notes.pop_front();
+  notes.emplace_back(time, std::move(text));
+}
+
+void Scanner::State::Warn(const std::string& text) {
+  const std::scoped_lock lock(mutex);
+  if (std::find(warnings.begin(), warnings.end(), text) != warnings.end()) return;
+  if (warnings.size() == kMostWarnings) warnings.erase(warnings.begin());
+  warnings.push_back(text);
+  NoteLocked(clock.Now(), "warning: " + text);
+}
+
+Status Scanner::State::Handle(const ScanEvent& event) {
+  const std::scoped_lock lock(mutex);
+  return HandleLocked(event);
+}
+
+Status Scanner::State::HandleLocked(const ScanEvent& event) {
+  const ScanState before = machine.state();
+  const std::size_t causes = machine.causes().size();
+  RETURN_IF_ERROR(machine.Handle(event));
+  for (std::size_t i = causes; i < machine.causes().size(); ++i) {
+    const ScanCause& cause = machine.causes()[i];
+    NoteLocked(cause.time, std::string("cause ") + TraitsOf(cause.code).name + ": " + cause.text);
+  }
+  const ScanState after = machine.state();
+  if (after != before) {
+    NoteLocked(event.time, std::string(ScanStateText(before)) + " -> " + ScanStateText(after) + " (" +
+                               ScanEventText(event.kind) + ")");
+    if (!machine.may_move() && after != ScanState::kArmed) job_stop.request_stop();
+  }
+  return {};
+}
+
+void Scanner::State::Fault(const ScanCause& cause) {
+  ScanEvent event;
+  event.kind = ScanEventKind::kFaulted;
+  event.time = devices.clock.Now();
+  event.cause = cause;
+  const std::scoped_lock lock(mutex);
+  switch (cause.code) {
+    case CauseCode::kAxisLink:
+    case CauseCode::kSensorLost:
+    case CauseCode::kSensorBus:
+    case CauseCode::kSensorData:
+    case CauseCode::kRingIdentity:
+      device_lost = true;
+      break;
+    default:
+      break;
+  }
+  static_cast<void>(HandleLocked(event));  // a fault is never refused
+}
+
+// --- orders ---
+
+Status Scanner::State::Order(Job job, const ScanEvent& event) {
+  const std::scoped_lock lock(mutex);
+  RETURN_IF_ERROR(machine.MayOrder(event.kind));
+  if (order != Job::kNone || running != Job::kNone) {
+    return Fail(std::string("carry out '") + ScanEventText(event.kind) + "'",
+                std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
+                "wait a moment, then try again");
+  }
+  job_stop = std::stop_source();
+  RETURN_IF_ERROR(HandleLocked(event));
+  order = job;
+  return {};
+}
+
+Status Scanner::State::OrderArm(ArmRequest the_request) {
+  const std::scoped_lock lock(mutex);
+  if (machine.state() != ScanState::kIdle && machine.state() != ScanState::kArmed) {
+    RETURN_IF_ERROR(machine.MayOrder(ScanEventKind::kArmed));
+  }
+  if (order != Job::kNone || running != Job::kNone) {
+    return Fail("arm a scan",
+                std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
+                "wait a moment, then try again");
+  }
+  job_stop = std::stop_source();
+  request = std::move(the_request);
+  arm_report.reset();
+  order = Job::kArm;
+  return {};
+}
+
+Status Scanner::State::OrderJog(JogDirection direction) {
+  const nanoseconds now = clock.Now();
+  {
+    const std::scoped_lock lock(mutex);
+    if (machine.state() == ScanState::kJog) {
+      if (direction != jog_direction) {
+        return Fail("jog the axis", "it moves the other way", "let go of the key first");
+      }
+      machine.JogBeat(now);
+      return {};
+    }
+    if (machine.state() == ScanState::kIdle && !machine.homed()) {
+      return Fail("jog the axis", "it is not homed", "home it first");
+    }
+    if (order == Job::kNone && running == Job::kNone) jog_direction = direction;
+  }
+  ScanEvent event;
+  event.kind = ScanEventKind::kJogOrdered;
+  event.time = now;
+  return Order(Job::kJog, event);
+}
+
+Status Scanner::State::Acknowledge(CauseRole role) {
+  const std::scoped_lock lock(mutex);
+  if (machine.state() == ScanState::kSafe && role == CauseRole::kService) {
+    chain_acknowledged = true;  // the control thread tells the interlock
+    return {};
+  }
+  ScanEvent event;
+  event.kind = ScanEventKind::kAcknowledged;
+  event.time = clock.Now();
+  event.role = role;
+  ScanMachine trial = machine;
+  RETURN_IF_ERROR(trial.Handle(event));
+  if (order != Job::kNone || running != Job::kNone) {
+    return Fail("acknowledge the fault", "the devices are still being looked for", "wait a moment, then try again");
+  }
+  job_stop = std::stop_source();
+  order = Job::kRecover;
+  request.reset();
+  return {};
+}
+
+// --- status ---
+
+ScannerStatus Scanner::State::Report() const {
+  const std::scoped_lock lock(mutex);
+  ScannerStatus status;
+  status.state = machine.state();
+  status.version = machine.version();
+  status.homed = machine.homed();
+  status.causes = machine.causes();
+  status.held_by = reading.held_by;
+  status.chain = notices;
+  status.warnings = warnings;
+  status.job =
+      JobText(order != Job::kNone || running != Job::kNone, static_cast<int>(running != Job::kNone ? running : order));
+  status.stage = stage;
+  status.done = done;
+  status.total = total;
+  status.z_mm = position.z.value();
+  status.start_presses = start_presses;
+  status.arm = arm_report;
+  status.scan = result;
+  status.longest_tick = longest_tick;
+  return status;
+}
+
+// --- the public face ---
+
+Scanner::Scanner(ScannerDevices devices, ScanGate& gate, Storage& storage, Clock& clock, ScannerOptions options)
+    : state_(std::make_unique<State>(devices, gate, storage, clock, std::move(options))) {}
+
+Scanner::~Scanner() { state_->devices.clock.OnBeat({}); }
+
+Status Scanner::OrderHome() {
+  ScanEvent event;
+  event.kind = ScanEventKind::kHomeOrdered;
+  event.time = state_->clock.Now();
+  return state_->Order(State::Job::kHome, event);
+}
+
+Status Scanner::OrderArm(ArmRequest request) { return state_->OrderArm(std::move(request)); }
+
+Status Scanner::OrderStart(std::uint64_t version) {
+  ScanEvent event;
+  event.kind = ScanEventKind::kStarted;
+  event.time = state_->clock.Now();
+  event.version = version;
+  {
+    const std::scoped_lock lock(state_->mutex);
+    if (state_->armed_longest > nanoseconds(0)) event.longest = state_->armed_longest;
+  }
+  return state_->Order(State::Job::kScan, event);
+}
+
+Status Scanner::Cancel() {
+  ScanEvent event;
+  event.kind = ScanEventKind::kCancelled;
+  event.time = state_->clock.Now();
+  return state_->Handle(event);
+}
+
+Status Scanner::Acknowledge(CauseRole role) { return state_->Acknowledge(role); }
+Status Scanner::Jog(JogDirection direction) { return state_->OrderJog(direction); }
+ScannerStatus Scanner::status() const { return state_->Report(); }
+
+Status Scanner::Begin() {
+  const auto measured = TestWatchdogRelay(state_->devices.interlock, state_->clock);
+  if (measured) {
+    state_->relay_tested = {};
+  } else {
+    state_->relay_tested = Fail(measured);
+  }
+  return state_->relay_tested;
+}
+
+void Scanner::Tick() { state_->Tick(); }
+void Scanner::Step() { state_->Step(); }
+
+}  // namespace annulus

@@ -1,0 +1,235 @@
+// The control tick: interlock, deadlines, threads, lines, watchdog. Nothing here waits for a bus or a disk.
+
+#include <algorithm>
+#include <new>
+
+#include "acquisition/scanner_state.h"
+
+namespace annulus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using In = InterlockInput;
+using Out = InterlockOutput;
+
+constexpr milliseconds kTickLate{12};     ///< From one tick to the next: three of them in a second are a warning.
+constexpr milliseconds kTickOverrun{20};  ///< This is a stop.
+constexpr milliseconds kHang{200};        ///< After this the watchdog relay has dropped: the program was not there.
+constexpr std::size_t kMostLate = 3;
+constexpr std::chrono::seconds kLateWindow{1};
+/// The worker's longest silence: no call on a bus takes longer without a look at the clock.
+constexpr milliseconds kWorkerSilence{250};
+/// At rest it may open files and devices.
+constexpr std::chrono::seconds kWorkerSilenceAtRest{5};
+/// A brake that has been closed for so long holds, whatever the drive says or does not say.
+constexpr milliseconds kBrakeHolds{50};
+constexpr std::size_t kMostLines = 1000;
+
+/// What the interlock's faults are to the machine; warnings are none.
+std::optional<CauseCode> CodeOf(InterlockFault fault) {
+  switch (fault) {
+    case InterlockFault::kChannelsDisagree:
+      return CauseCode::kChannelsDiffer;
+    case InterlockFault::kWeldedContact:
+      return CauseCode::kWeldedContact;
+    case InterlockFault::kBrakeOpen:
+      return CauseCode::kBrakeSlip;
+    case InterlockFault::kWatchdogDropped:
+    case InterlockFault::kNoEnableFeedback:
+    case InterlockFault::kOutputDiffers:
+    case InterlockFault::kLinesFailed:
+      return CauseCode::kInterlock;
+    case InterlockFault::kResetStuck:
+    case InterlockFault::kLampLost:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void Scanner::State::Tick() {
+  const nanoseconds now = clock.Now();
+  JudgeTickTime(now);
+  const auto read = devices.interlock.Read();
+  JudgeChain(read, now);
+  JudgeTime(now);
+  if (read) JudgeStop(*read);
+  JudgeWorker(now);
+  SetLines();
+  LogLines(now);
+  // A dead worker does not stop the beats at rest: nothing is enabled then, and the lamps and the log go on.
+  bool beats = true;
+  {
+    const std::scoped_lock lock(mutex);
+    beats = !worker_dead;
+  }
+  if (ticks++ % 2 == 0 && beats && !devices.interlock.KickWatchdog()) {
+    // Said by the interlock's own diagnosis; the relay drops.
+  }
+}
+
+void Scanner::State::JudgeTickTime(nanoseconds now) {
+  const nanoseconds gap = last_tick ? now - *last_tick : nanoseconds(0);
+  last_tick = now;
+  {
+    const std::scoped_lock lock(mutex);
+    longest_tick = std::max(longest_tick, gap);
+  }
+  if (gap <= kTickLate) return;
+  const std::string took = std::to_string(gap / milliseconds(1)) + " ms";
+  if (gap > kHang) {
+    ScanEvent event;
+    event.kind = ScanEventKind::kAwoke;
+    event.time = now;
+    event.cause = {CauseCode::kHostHang, "the program stood still for " + took,
+                   "look for what stopped it; then press the reset button", now};
+    static_cast<void>(Handle(event));
+    return;
+  }
+  const ScanState at = state();
+  const bool counts = at != ScanState::kSafe && at != ScanState::kIdle && at != ScanState::kFault;
+  if (gap > kTickOverrun && counts) {
+    Fault({CauseCode::kHostLate, "the control tick was late: " + took + " instead of 10 ms",
+           "close other programs; set up real-time priority (docs/booth.md)", now});
+    return;
+  }
+  late_ticks.push_back(now);
+  while (now - late_ticks.front() > kLateWindow) late_ticks.pop_front();
+  if (late_ticks.size() >= kMostLate) Warn("the computer is busy: three control ticks in a second were late");
+}
+
+void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanoseconds now) {
+  const std::vector<InterlockNotice> seen = devices.interlock.Diagnose();
+  ScanEvent event;
+  event.time = now;
+  event.kind = ScanEventKind::kChainOpened;
+  const std::scoped_lock lock(mutex);
+  notices = seen;
+  const bool latched = !read || read->latched;
+  if (read) {
+    reading = *read;
+    if (read->start_pressed) ++start_presses;
+    if (!read->reset_refused.empty()) NoteLocked(now, "reset refused: " + read->reset_refused);
+  } else {
+    reading.held_by = read.error().seen;
+    reading.latched = true;
+  }
+  if (latched) {
+    bool told = false;
+    for (const InterlockNotice& notice : seen) {
+      const auto code = CodeOf(notice.fault);
+      if (!code) continue;
+      event.cause = {*code, notice.text, notice.advice, notice.since};
+      event.cause.ends_with_reset = true;
+      static_cast<void>(HandleLocked(event));
+      told = true;
+    }
+    if (!told && machine.state() != ScanState::kSafe) {
+      event.cause = {CauseCode::kChainOpen, reading.held_by, "end the demand to stop, then press the reset button",
+                     now};
+      event.cause.ends_with_reset = true;
+      static_cast<void>(HandleLocked(event));
+    }
+  } else if (machine.state() == ScanState::kSafe && (was_latched || read->reset_pressed)) {
+    event.kind = ScanEventKind::kResetTaken;
+    static_cast<void>(HandleLocked(event));
+  }
+  was_latched = latched;
+}
+
+void Scanner::State::JudgeTime(nanoseconds now) {
+  const std::scoped_lock lock(mutex);
+  for (auto due = machine.Due(now); due; due = machine.Due(now)) {
+    // An axis that stands is not hurried: what is left of its stop is the drive's and the brake's.
+    if (due->kind == ScanEventKind::kStopLate && at_rest) break;
+    const ScanState before = machine.state();
+    static_cast<void>(HandleLocked(*due));
+    if (machine.state() == before && due->kind != ScanEventKind::kStopLate) break;
+  }
+}
+
+void Scanner::State::JudgeStop(const InterlockReading& read) {
+  const nanoseconds now = read.host_time;
+  if (read[In::kBrakeFeedback]) {
+    brake_closed_since.reset();
+  } else if (!brake_closed_since) {
+    brake_closed_since = now;
+  }
+  const std::scoped_lock lock(mutex);
+  if (machine.state() != ScanState::kStopping || !brake_closed_since) return;
+  const bool holds =
+      machine.quick_stop_demanded() && now - std::max(*brake_closed_since, machine.since()) >= kBrakeHolds;
+  if (powered && !holds) return;
+  ScanEvent event;
+  event.kind = ScanEventKind::kStopped;
+  event.time = now;
+  static_cast<void>(HandleLocked(event));
+}
+
+void Scanner::State::JudgeWorker(nanoseconds now) {
+  nanoseconds silent{0};
+  bool moving = false;
+  {
+    const std::scoped_lock lock(mutex);
+    if (!beat) return;
+    silent = now - *beat;
+    moving = machine.may_move() || machine.state() == ScanState::kStopping;
+    worker_dead = silent > (moving ? nanoseconds(kWorkerSilence) : nanoseconds(kWorkerSilenceAtRest));
+    if (!worker_dead) return;
+  }
+  Fault({CauseCode::kThreadDead,
+         "the thread that drives axis and ring says nothing for " + std::to_string(silent / milliseconds(1)) + " ms",
+         "restart the program; report this if it happens again", now});
+}
+
+void Scanner::State::SetLines() {
+  LineOrders wanted;
+  {
+    const std::scoped_lock lock(mutex);
+    wanted = machine.Lines();
+    wanted.emitters = wanted.emitters || proving;
+    // The relay's edge is used once: while the last drop is still on its way, enable waits.
+  }
+  Interlock& interlock = devices.interlock;
+  const auto set = [&](Out output, bool level) -> Status {
+    return interlock.output(output) == level ? Status{} : interlock.Set(output, level);
+  };
+  // Off in the order of the danger, on in the other.
+  if (!wanted.quick_stop) static_cast<void>(set(Out::kQuickStop, false));
+  if (!wanted.emitters) static_cast<void>(set(Out::kEmitters, false));
+  if (!wanted.enable) static_cast<void>(set(Out::kEnable, false));
+  if (wanted.quick_stop) static_cast<void>(set(Out::kQuickStop, true));
+  // Refused while the relay has not dropped out: tried again at the next tick; who waits for power has a deadline.
+  if (wanted.enable) static_cast<void>(set(Out::kEnable, true));
+  if (wanted.emitters) static_cast<void>(set(Out::kEmitters, true));
+  static_cast<void>(set(Out::kLampReady, wanted.lamp_ready));
+  static_cast<void>(set(Out::kLampRunning, wanted.lamp_running));
+  static_cast<void>(set(Out::kLampFault, wanted.lamp_fault));
+  bool acknowledge = false;
+  {
+    const std::scoped_lock lock(mutex);
+    std::swap(acknowledge, chain_acknowledged);
+  }
+  if (!acknowledge) return;
+  if (const Status ended = interlock.Acknowledge(); !ended) Warn(ended.error().seen + ": " + ended.error().advice);
+}
+
+void Scanner::State::LogLines(nanoseconds now) {
+  SafetyLines lines;
+  const std::scoped_lock lock(mutex);
+  lines.input = reading.level;
+  for (std::size_t i = 0; i < kInterlockOutputs; ++i) {
+    const auto output = static_cast<Out>(i);
+    lines.output.at(i) = output != Out::kWatchdog && devices.interlock.output(output);
+  }
+  enable_ordered = lines.output[static_cast<std::size_t>(Out::kEnable)];
+  if (last_lines && last_lines->input == lines.input && last_lines->output == lines.output) return;
+  lines.time = now;
+  last_lines = lines;
+  if (lines_log.size() == kMostLines) lines_log.pop_front();
+  lines_log.push_back(lines);
+}
+
+}  // namespace annulus

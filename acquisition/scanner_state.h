@@ -1,0 +1,152 @@
+#pragma once
+
+// The inside of Scanner, shared by its three files: scanner.cpp (orders and status), scanner_control.cpp (the control
+// tick), scanner_jobs.cpp (what the worker does).
+
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+
+#include "acquisition/scanner.h"
+#include "acquisition/supervised_axis.h"
+
+namespace annulus {
+
+struct Scanner::State final : DeviceSupervisor, ScanSink {
+  State(ScannerDevices given, ScanGate& the_gate, Storage& the_storage, Clock& the_clock, ScannerOptions the_options);
+
+  // --- orders (any thread) ---
+
+  enum class Job { kNone, kHome, kArm, kScan, kJog, kRecover };
+  Status Order(Job job, const ScanEvent& event);
+  Status OrderArm(ArmRequest request);
+  Status OrderJog(JogDirection direction);
+  Status Acknowledge(CauseRole role);
+  [[nodiscard]] ScannerStatus Report() const;
+
+  // --- events (any thread) ---
+
+  /// Takes an event to the machine, writes down what changed, and lets the running job know that it has to stop.
+  Status Handle(const ScanEvent& event);
+  /// The same, with the mutex held.
+  Status HandleLocked(const ScanEvent& event);
+  void Fault(const ScanCause& cause);
+  /// What the control tick or the worker wants to be remembered.
+  void NoteLocked(std::chrono::nanoseconds time, std::string text);
+  void Warn(const std::string& text);
+  [[nodiscard]] ScanState state() const;
+
+  // --- control thread (scanner_control.cpp) ---
+
+  void Tick();
+  void JudgeTickTime(std::chrono::nanoseconds now);
+  void JudgeChain(const Result<InterlockReading>& reading, std::chrono::nanoseconds now);
+  void JudgeTime(std::chrono::nanoseconds now);
+  void JudgeStop(const InterlockReading& reading);
+  void JudgeWorker(std::chrono::nanoseconds now);
+  void SetLines();
+  void LogLines(std::chrono::nanoseconds now);
+
+  // --- worker thread (scanner_jobs.cpp) ---
+
+  void Step();
+  void Run(Job job);
+  void Idle();
+  Status Home();
+  /// Waits until the home switch is found; success also when a stop is asked for.
+  Status SeekHome();
+  void Arm();
+  Status Check(ArmReport& report);
+  Status ProveRing();
+  Status MakeRecording();
+  void Scan();
+  void Search();
+  void Conclude(Result<ScanSummary> summary);
+  void EndRecording(ScanResult& result);
+  Status Jog();
+  void Recover();
+  Status ReopenDevices(std::chrono::nanoseconds patience);
+  /// Axis at rest, without power, brake closing; after an error by the shortest way.
+  Status BringToRest();
+  Status AwaitBrake();
+  void StopHard();
+  /// What the control thread has written down goes into the recording, if there is one.
+  Status DrainLogs();
+  [[nodiscard]] TaskContext Task();
+  [[nodiscard]] bool Stopping() const { return job_stop_token.stop_requested(); }
+
+  // DeviceSupervisor
+  Status MayMove() override;
+  Status AwaitPower() override;
+  void OnPower(bool powered) override;
+  void OnPosition(const AxisPosition& position) override;
+  void OnFault(const ScanCause& cause) override { Fault(cause); }
+
+  // ScanSink: of the running scan.
+  Status AppendLevel(const ScanLevel& level) override;
+  Status AppendAxis(std::chrono::nanoseconds time, double z_mm) override;
+  Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) override;
+  Result<bool> Settle() override;
+
+  ScannerDevices devices;
+  ScanGate& gate;
+  Storage& storage;
+  Clock& clock;  ///< The control thread's.
+  ScannerOptions options;
+  SupervisedAxis axis;
+  SupervisedRing ring;
+
+  // Guarded by `mutex`, which is never held over a call of a device, a disk or a wait.
+  mutable std::mutex mutex;
+  ScanMachine machine;
+  Job order = Job::kNone;  ///< Waits for the worker.
+  Job running = Job::kNone;
+  std::optional<ArmRequest> request;  ///< Of the order to arm.
+  JogDirection jog_direction = JogDirection::kUp;
+  std::stop_source job_stop;
+  InterlockReading reading;
+  std::vector<InterlockNotice> notices;
+  std::uint64_t start_presses = 0;
+  std::vector<std::string> warnings;
+  std::string stage;
+  double done = 0.0;
+  double total = 0.0;
+  AxisPosition position;
+  bool position_known = false;
+  bool powered = false;             ///< The axis may have power, as the worker knows.
+  bool at_rest = true;              ///< The last reading said that it stands.
+  bool enable_ordered = false;      ///< As the interlock was told.
+  bool proving = false;             ///< The ring is being tried: emitters on.
+  bool device_lost = false;         ///< Ring or axis must be opened again.
+  bool chain_acknowledged = false;  ///< Service has acknowledged; the interlock is still to be told.
+  std::optional<ArmReport> arm_report;
+  std::chrono::nanoseconds armed_longest{0};  ///< What is armed must be over so long after its start.
+  std::optional<ScanResult> result;
+  std::deque<std::pair<std::chrono::nanoseconds, std::string>> notes;
+  std::deque<SafetyLines> lines_log;
+  std::optional<std::chrono::nanoseconds> beat;  ///< The worker's last sign of life.
+  bool worker_dead = false;
+  std::chrono::nanoseconds longest_tick{0};
+
+  // Control thread only.
+  std::optional<std::chrono::nanoseconds> last_tick;
+  std::deque<std::chrono::nanoseconds> late_ticks;
+  std::uint64_t ticks = 0;
+  bool was_latched = true;
+  std::optional<std::chrono::nanoseconds> brake_closed_since;
+  std::optional<SafetyLines> last_lines;
+  Status relay_tested = Fail("test the watchdog relay", "not tested since the program started", "restart the program");
+
+  // Worker thread only.
+  std::stop_token job_stop_token;
+  std::optional<RecordingWriter> writer;
+  ArmRequest armed;
+  ScanPlan plan;
+  std::uint64_t scan_number = 0;
+  std::chrono::nanoseconds next_reopen{0};
+};
+
+}  // namespace annulus
