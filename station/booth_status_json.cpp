@@ -224,6 +224,7 @@ void PutStatus(const StatusMessage& message, BoothJson& json) {
   json["stage"] = Clipped(s.stage);
   json["done"] = FiniteOrNull(s.done);
   json["total"] = FiniteOrNull(s.total);
+  json["start_presses"] = s.start_presses;
   json["z_mm"] = FiniteOrNull(s.z_mm);
   json["arm"] = s.arm ? JsonFromArm(*s.arm) : BoothJson(nullptr);
   json["scan"] = s.scan ? JsonFromResult(*s.scan) : BoothJson(nullptr);
@@ -246,6 +247,7 @@ StatusMessage ReadStatus(FieldReader& fields) {
   s.stage = fields.Words("stage");
   s.done = fields.NumberOrNan("done");
   s.total = fields.NumberOrNan("total");
+  s.start_presses = fields.Count("start_presses");
   s.z_mm = fields.NumberOrNan("z_mm");
   if (fields.Has("arm")) fields.Object("arm", [&](FieldReader& arm) { s.arm = ReadArmReport(arm); });
   if (fields.Has("scan")) fields.Object("scan", [&](FieldReader& scan) { s.scan = ReadResult(scan); });

@@ -135,6 +135,7 @@ StatusMessage FullStatus() {
   s.stage = "sweep 2 of 4";
   s.done = 12.5;
   s.total = 100.0;
+  s.start_presses = 9;
   s.z_mm = 1234.5678;
   ArmReport arm;
   arm.checks = {{"homed", {}}, {"disk", Fail("reserve room", "1 MB is free", "delete something")}};
@@ -171,6 +172,7 @@ TEST(BoothMessages, TellEverythingOfTheStatus) {
   EXPECT_EQ(json["stage"], "sweep 2 of 4");
   EXPECT_EQ(json["done"], 12.5);
   EXPECT_EQ(json["total"], 100.0);
+  EXPECT_EQ(json["start_presses"], 9);
   EXPECT_EQ(json["z_mm"], 1234.5678);
   EXPECT_EQ(json["arm"]["passed"], false);
   EXPECT_EQ(json["arm"]["checks"][0]["error"], nullptr);
