@@ -15,7 +15,6 @@
 #include "base/log.h"
 #include "station/booth_json.h"
 #include "station/booth_peer.h"
-#include "station/booth_socket.h"
 
 namespace annulus {
 namespace {
@@ -82,7 +81,6 @@ class BoothServer::Impl {
     for (const auto& peer : peers_) peer->End("boothd ends");
     Reap();
   }
-  [[nodiscard]] const std::string& path() const { return socket_.path(); }
 
  private:
   [[nodiscard]] nanoseconds Now() const { return clock_.Now(); }
@@ -319,17 +317,13 @@ void BoothServer::Impl::LookAtBooth() {
 BoothServer::BoothServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 BoothServer::~BoothServer() = default;
 
-Result<std::unique_ptr<BoothServer>> BoothServer::Listen(const std::string& path, BoothPort& port,
-                                                         LevelMailbox& levels) {
-  auto socket = BoothSocket::Listen(path);
-  if (!socket) return Fail(socket);
+Result<std::unique_ptr<BoothServer>> BoothServer::Make(BoothSocket socket, BoothPort& port, LevelMailbox& levels) {
   sim::OwnedFd wake(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  if (wake.get() < 0) return Fail("serve the booth on " + path, std::strerror(errno), "free file descriptors");
+  if (wake.get() < 0) return Fail("serve the booth", std::strerror(errno), "free file descriptors");
   return std::unique_ptr<BoothServer>(
-      new BoothServer(std::make_unique<Impl>(std::move(*socket), std::move(wake), port, levels)));
+      new BoothServer(std::make_unique<Impl>(std::move(socket), std::move(wake), port, levels)));
 }
 
 void BoothServer::Serve(const std::stop_token& stop) { impl_->Serve(stop); }
-const std::string& BoothServer::path() const { return impl_->path(); }
 
 }  // namespace annulus

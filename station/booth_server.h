@@ -7,6 +7,7 @@
 #include "acquisition/scanner.h"
 #include "base/result.h"
 #include "station/booth_messages.h"
+#include "station/booth_socket.h"
 #include "station/level_mailbox.h"
 
 namespace annulus {
@@ -50,15 +51,14 @@ inline constexpr std::chrono::milliseconds kLook{20};           ///< Between loo
 /// Thread-bound: Serve runs in the caller's thread.
 class BoothServer {
  public:
-  /// Listens; see BoothSocket::Listen for when it fails. Borrows port and levels.
-  static Result<std::unique_ptr<BoothServer>> Listen(const std::string& path, BoothPort& port, LevelMailbox& levels);
+  /// Takes a socket that listens; who has connected to it already is served then. Borrows port and levels.
+  static Result<std::unique_ptr<BoothServer>> Make(BoothSocket socket, BoothPort& port, LevelMailbox& levels);
   ~BoothServer();
   BoothServer(const BoothServer&) = delete;
   BoothServer& operator=(const BoothServer&) = delete;
 
   /// Until a stop is asked for; then all clients are told goodbye.
   void Serve(const std::stop_token& stop);
-  [[nodiscard]] const std::string& path() const;
 
  private:
   class Impl;

@@ -23,7 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 14> kLater{{{"replay", "re-run a scan from its recorded bytes"},
+constexpr std::array<LaterCommand, 13> kLater{{{"replay", "re-run a scan from its recorded bytes"},
                                                {"recover", "save what is sound of a damaged recording"},
                                                {"calibrate", "solve for the ring's geometry and offsets"},
                                                {"clay", "reshape as clay"},
@@ -31,7 +31,6 @@ constexpr std::array<LaterCommand, 14> kLater{{{"replay", "re-run a scan from it
                                                {"flatten", "flat patterns"},
                                                {"wrinkly", "wrinkly surfaces"},
                                                {"convert", "other file formats"},
-                                               {"boothd", "the process that owns the devices"},
                                                {"serve", "the operator's console"},
                                                {"store", "customers, scans and their files"},
                                                {"rebuild", "derive everything again from recordings"},
@@ -95,10 +94,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   ProgressMode progress = ProgressMode::kAuto;
   AddProgressOption(app, progress);
   CommandWork chosen;
-  for (const auto& add : {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand,
-                          AddFitCommand, AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand,
-                          AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand, AddCompareCommand,
-                          AddGlassesCommand, AddRenderCommand, AddDoctorCommand, AddSimDevicesCommand}) {
+  for (const auto& add :
+       {AddDemoCommand, AddScanCommand, AddImportCommand, AddExportCommand, AddInspectCommand, AddFitCommand,
+        AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand, AddDistanceCommand, AddLandmarksCommand,
+        AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand, AddDoctorCommand,
+        AddSimDevicesCommand, AddBoothdCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -5,9 +5,9 @@ import annulus_cli
 from annulus_cli import ProgramTest
 
 COMMANDS = ("demo", "scan", "import", "export", "inspect", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render",
-            "doctor", "sim-devices")
+            "doctor", "sim-devices", "boothd")
 NOT_YET = ("recover", "replay", "calibrate", "clay", "elastic", "flatten", "wrinkly", "convert",
-           "boothd", "serve", "store", "rebuild", "batch", "support-bundle")
+           "serve", "store", "rebuild", "batch", "support-bundle")
 
 
 class Usage(ProgramTest):

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -139,8 +140,10 @@ class MachinePort final : public BoothPort {
 class ServedBooth {
  public:
   ServedBooth() : levels_(std::move(*LevelMailbox::Make())) {
-    auto server = BoothServer::Listen(path(), port_, *levels_);
-    EXPECT_TRUE(server) << server.error().Text();
+    auto socket = BoothSocket::Listen(path());
+    if (!socket) throw std::runtime_error(socket.error().Text());
+    auto server = BoothServer::Make(std::move(*socket), port_, *levels_);
+    if (!server) throw std::runtime_error(server.error().Text());
     server_ = std::move(*server);
     EXPECT_TRUE(port_.Tell(ScanEventKind::kResetTaken));
     thread_ = std::jthread([this](const std::stop_token& stop) { server_->Serve(stop); });
