@@ -260,4 +260,37 @@ std::string PlanJson(const ScanPlan& plan) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+Result<ScanPlan> PlanFromJson(const std::string& text) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto wrong = [](const std::string& seen) {
+    return Fail("read the plan of a scan", seen, "the recording is damaged; scan again");
+  };
+  if (!json.is_object()) return wrong("it is not a JSON object");
+  ScanPlan plan;
+  const auto read = [&](const char* key, auto& value) {
+    const auto found = json.find(key);
+    if (found == json.end() || !found->is_number()) return false;
+    value = found->template get<std::remove_reference_t<decltype(value)>>();
+    return true;
+  };
+  const auto profile = json.find("profile");
+  if (profile == json.end() || !profile->is_string()) return wrong("'profile' is missing or wrong");
+  plan.profile = profile->get<std::string>();
+  const bool complete = read("z_top_mm", plan.z_top_mm) && read("z_bottom_mm", plan.z_bottom_mm) &&
+                        read("pitch_mm", plan.pitch_mm) && read("speed_mm_s", plan.speed_mm_s) &&
+                        read("level_rate_hz", plan.level_rate_hz) && read("dwell_s", plan.dwell_s);
+  const auto sweeps = json.find("sweeps");
+  if (!complete || sweeps == json.end() || !sweeps->is_number_unsigned()) return wrong("a number is missing or wrong");
+  plan.sweeps = static_cast<std::uint32_t>(std::min<std::uint64_t>(sweeps->get<std::uint64_t>(), kMostSweeps + 1));
+  // Limits that any plan keeps; those of a machine are not known here.
+  constexpr double kAny = 1e6;
+  const PlanCheck check = ValidatePlan(
+      plan, {Millimetres(-kAny), Millimetres(kAny), MillimetresPerSecond(kAny), MillimetresPerSecondSquared(kAny)},
+      {0, Hertz(0.0), Hertz(kAny)});
+  if (check.verdict == PlanVerdict::kInvalid) {
+    return wrong(check.reasons.empty() ? std::string("it makes no sense") : check.reasons.front());
+  }
+  return plan;
+}
+
 }  // namespace annulus

@@ -62,5 +62,7 @@ struct PlanCheck {
 
 /// The plan as a JSON object, keys as the members.
 [[nodiscard]] std::string PlanJson(const ScanPlan& plan);
+/// The plan that PlanJson wrote, to the last bit. Fails on anything else, and on a plan that makes no sense.
+Result<ScanPlan> PlanFromJson(const std::string& json);
 
 }  // namespace annulus

@@ -5,7 +5,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "acquisition/level_stamper.h"
+#include "acquisition/bus_record.h"
+#include "acquisition/level_pipeline.h"
 
 namespace annulus {
 namespace {
@@ -40,7 +41,7 @@ class ScanRun {
         plan_(plan),
         sink_(sink),
         task_(task),
-        stamper_(ring_.boards()),
+        pipeline_(ring_.boards(), plan),
         period_(FromSeconds(1.0 / plan.level_rate_hz)) {
     summary_.planned_levels = plan.TotalLevels();
   }
@@ -55,6 +56,8 @@ class ScanRun {
  private:
   [[nodiscard]] bool Stopping() const { return task_.stop.stop_requested(); }
   Status Note(const std::string& text) { return sink_.AppendEvent(clock_.Now(), text); }
+  /// What a replay must know beside what the devices said.
+  Status Tell(bus_record::Any record) { return sink_.AppendRaw(EncodeBusRecord(std::move(record), clock_.Now())); }
 
   Status ProveRing();
   Status Home();
@@ -73,8 +76,9 @@ class ScanRun {
   /// A pause, then a look at the axis and at a board's clock: the more of them, the better the clocks are known.
   Status Watch();
   Status ReadBoardClock();
+  /// Takes the ring's next level into the pipeline and hands on what is complete.
+  Status TakeLevel(RingLevel level);
   Status HandOn();
-  Status HandOnLevel(ScanLevel level);
   [[nodiscard]] double TurnMm(bool top) const;
   [[nodiscard]] nanoseconds MoveTime(double distance_mm) const;
 
@@ -84,7 +88,7 @@ class ScanRun {
   const ScanPlan& plan_;
   ScanSink& sink_;
   const TaskContext& task_;
-  LevelStamper stamper_;
+  LevelPipeline pipeline_;
   const nanoseconds period_;
   ScanSummary summary_;
 
@@ -93,16 +97,12 @@ class ScanRun {
   nanoseconds sync_time_{0};    ///< Host time at which the first board fired last.
   std::size_t next_board_ = 0;  ///< Whose clock is read next.
   std::uint32_t sweep_ = 0;
-  bool collecting_ = false;
-  std::int64_t last_index_ = -1;    ///< Of this sweep.
-  std::uint32_t sweep_levels_ = 0;  ///< Handed on in this sweep.
-  bool passed_end_ = false;         ///< A level behind the last planned one was seen.
-  double deviation_sum_ = 0.0;      ///< Of this sweep's levels from their planned heights, mm.
-  double shift_mm_ = 0.0;           ///< Where the first sweep's levels fell against the plan; the others follow it.
-  nanoseconds lag_{0};              ///< How much later than reckoned the axis arrives, learned from the first sweep.
+  double shift_mm_ = 0.0;  ///< Where the first sweep's levels fell against the plan; the others follow it.
+  nanoseconds lag_{0};     ///< How much later than reckoned the axis arrives, learned from the first sweep.
 };
 
 Status ScanRun::Perform() {
+  RETURN_IF_ERROR(Tell(bus_record::ScanBegun{PlanJson(plan_)}));
   task_.Report("check the ring", 0, 1);
   RETURN_IF_ERROR(ProveRing());
   if (Stopping()) return {};
@@ -205,8 +205,9 @@ Status ScanRun::SampleAxis() {
   if (!position) return Fail(position);
   if (!position->fresh) return {};
   position_ = *position;
-  RETURN_IF_ERROR(stamper_.AddPosition(position_));
-  return collecting_ ? sink_.AppendAxis(stamper_.HostTime(position_), position_.z.value()) : Status{};
+  const auto time = pipeline_.AddPosition(position_);
+  if (!time) return Fail(time);
+  return *time ? sink_.AppendAxis(**time, position_.z.value()) : Status{};
 }
 
 Status ScanRun::Watch() {
@@ -218,7 +219,7 @@ Status ScanRun::Watch() {
 Status ScanRun::ReadBoardClock() {
   const auto exchange = ring_.ReadClock(next_board_);
   if (!exchange) return Fail(exchange);
-  RETURN_IF_ERROR(stamper_.AddBoardClock(next_board_, *exchange));
+  RETURN_IF_ERROR(pipeline_.AddBoardClock(next_board_, *exchange));
   next_board_ = (next_board_ + 1) % ring_.boards().size();
   return {};
 }
@@ -235,45 +236,27 @@ Status ScanRun::Step() {
     if (stamp.present && (newest == nullptr || stamp.host_arrival > newest->host_arrival)) newest = &stamp;
   }
   next_due_ = (newest == nullptr ? next_due_ : newest->host_arrival) + period_;
-  if (level->boards[0].present) sync_time_ = stamper_.HostTime(0, level->boards[0].device_time);
+  if (level->boards[0].present) sync_time_ = pipeline_.HostTime(0, level->boards[0].device_time);
   RETURN_IF_ERROR(ReadBoardClock());
-  if (collecting_) RETURN_IF_ERROR(stamper_.AddLevel(std::move(*level)));
+  return TakeLevel(std::move(*level));
+}
+
+Status ScanRun::TakeLevel(RingLevel level) {
+  RETURN_IF_ERROR(Tell(bus_record::HandedOn{true}));
+  RETURN_IF_ERROR(pipeline_.AddLevel(std::move(level)));
   return HandOn();
 }
 
 Status ScanRun::HandOn() {
-  for (ScanLevel& level : stamper_.Take()) RETURN_IF_ERROR(HandOnLevel(std::move(level)));
-  return {};
-}
-
-Status ScanRun::HandOnLevel(ScanLevel level) {
-  std::int64_t index = last_index_ + 1;
-  if (plan_.parked()) {
-    if (index >= summary_.planned_levels) return {};
-  } else {
-    // The nearest planned level, counted in the sweep's direction.
-    const std::int64_t last = plan_.SweepLevels(sweep_) - 1;
-    const std::int64_t from_top = std::llround((plan_.SweepTop(sweep_) - MeanHeight(level)) / plan_.sweep_pitch_mm());
-    index = sweep_ % 2 == 0 ? from_top : last - from_top;
-    if (index > last) passed_end_ = true;
-    if (index <= last_index_ || index > last) return {};
+  for (const ScanLevel& level : pipeline_.Take()) {
+    for (const RangeReading& reading : level.readings) {
+      ++(std::isfinite(reading.range_mm) ? summary_.returns : summary_.no_returns);
+    }
+    if (summary_.levels == 0) summary_.start = level.time;
+    RETURN_IF_ERROR(sink_.AppendLevel(level));
+    ++summary_.levels;
+    task_.Report("scan", summary_.levels, summary_.planned_levels);
   }
-  if (!plan_.parked()) {
-    const std::int64_t from_top = sweep_ % 2 == 0 ? index : plan_.SweepLevels(sweep_) - 1 - index;
-    deviation_sum_ +=
-        MeanHeight(level) - (plan_.SweepTop(sweep_) - static_cast<double>(from_top) * plan_.sweep_pitch_mm());
-  }
-  last_index_ = index;
-  level.index = static_cast<std::uint32_t>(index);
-  level.sweep = static_cast<std::uint16_t>(sweep_);
-  for (const RangeReading& reading : level.readings) {
-    ++(std::isfinite(reading.range_mm) ? summary_.returns : summary_.no_returns);
-  }
-  if (summary_.levels == 0) summary_.start = level.time;
-  RETURN_IF_ERROR(sink_.AppendLevel(level));
-  ++summary_.levels;
-  ++sweep_levels_;
-  task_.Report("scan", summary_.levels, summary_.planned_levels);
   return {};
 }
 
@@ -303,11 +286,8 @@ Status ScanRun::Sweep(std::uint32_t sweep) {
   const double highest = plan_.SweepTop(sweep);
   const double lowest = highest - (levels - 1) * plan_.sweep_pitch_mm();
   const double end = TurnMm(!down);
-  collecting_ = true;
-  last_index_ = -1;
-  sweep_levels_ = 0;
-  passed_end_ = false;
-  deviation_sum_ = 0.0;
+  RETURN_IF_ERROR(Tell(bus_record::SweepBegun{sweep}));
+  pipeline_.BeginSweep(sweep);
   RETURN_IF_ERROR(Step());
   RETURN_IF_ERROR(StartInPhase((down ? highest : lowest) + shift_mm_, end));
   const nanoseconds deadline = clock_.Now() + 2 * MoveTime(end - position_.z.value()) + std::chrono::seconds(2);
@@ -316,15 +296,15 @@ Status ScanRun::Sweep(std::uint32_t sweep) {
     if (clock_.Now() >= deadline) {
       return Fail("sweep the ring along the subject", "the axis does not get to the end", "look for an obstacle");
     }
-  } while ((position_.moving || !passed_end_) && !Stopping());
+  } while ((position_.moving || !pipeline_.passed_end()) && !Stopping());
   if (Stopping()) return {};
-  collecting_ = false;
-  stamper_.Drop();
-  summary_.missing_levels += levels - sweep_levels_;
+  RETURN_IF_ERROR(Tell(bus_record::SweepEnded{}));
+  pipeline_.EndSweep();
+  summary_.missing_levels += levels - pipeline_.sweep_levels();
   ++summary_.sweeps;
-  if (sweep == 0 && sweep_levels_ > 0) {
+  if (sweep == 0 && pipeline_.sweep_levels() > 0) {
     // The plan matters less than that the sweeps interleave: the others go where this one went.
-    shift_mm_ = deviation_sum_ / static_cast<double>(sweep_levels_);
+    shift_mm_ = pipeline_.mean_deviation_mm();
     lag_ = FromSeconds(shift_mm_ / plan_.speed_mm_s);  // downwards: too high is too late
   }
   return {};
@@ -332,8 +312,9 @@ Status ScanRun::Sweep(std::uint32_t sweep) {
 
 Status ScanRun::Dwell() {
   RETURN_IF_ERROR(Note("ring parked"));
-  collecting_ = true;
-  while (sweep_levels_ < summary_.planned_levels && !Stopping()) RETURN_IF_ERROR(Step());
+  RETURN_IF_ERROR(Tell(bus_record::SweepBegun{0}));
+  pipeline_.BeginSweep(0);
+  while (pipeline_.sweep_levels() < summary_.planned_levels && !Stopping()) RETURN_IF_ERROR(Step());
   if (!Stopping()) summary_.sweeps = 1;
   return {};
 }
@@ -348,13 +329,17 @@ Status ScanRun::Finish() {
       clock_.SleepUntil(clock_.Now() + kPollPause);
     } while (position_.moving && clock_.Now() < deadline);
     if (position_.moving) RETURN_IF_ERROR(axis_.QuickStop());
-    if (collecting_) RETURN_IF_ERROR(HandOn());
-    summary_.worst_clock_bound_us = summary_.levels > 0 ? stamper_.WorstBound() : 0.0;
+    if (pipeline_.collecting()) {
+      RETURN_IF_ERROR(Tell(bus_record::HandedOn{false}));
+      RETURN_IF_ERROR(HandOn());
+    }
+    summary_.worst_clock_bound_us = summary_.levels > 0 ? pipeline_.WorstBound() : 0.0;
   }
   RETURN_IF_ERROR(axis_.Disable());
   summary_.end = clock_.Now();
   summary_.ring = ring_.counters();
   if (ring_.state() != RangeRing::State::kIdle) RETURN_IF_ERROR(ring_.Stop());
+  RETURN_IF_ERROR(Tell(bus_record::ScanEnded{summary_.levels, {}}));
   return Note(summary_.cancelled ? "cancelled; axis stopped and disabled" : "finished; axis disabled");
 }
 
@@ -371,6 +356,7 @@ Error ScanRun::Abort(const Error& error) {
     worst.advice += "; " + quiet.error().advice;
   }
   // The sink may be what failed; the error is returned in any case.
+  static_cast<void>(Tell(bus_record::ScanEnded{summary_.levels, worst.Text()}));
   static_cast<void>(Note("stopped by an error: " + worst.Text()));
   return worst;
 }

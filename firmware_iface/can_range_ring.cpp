@@ -109,6 +109,9 @@ Status CanRangeRing::Start(Hertz level_rate) {
   CountOverflows();
   wanted_ = 0;
   losses_.assign(links_.size(), {});
+  // Each run asks alike, so that a replay of its frames asks what they answer. An answer to a question of before is no
+  // danger: each board answers in order, and the orders to start ask each of them something else first.
+  clock_question_ = 0;
   state_ = State::kStreaming;
   if (Status started = StartBoards(level_rate); !started) {
     state_ = State::kFailed;

@@ -32,19 +32,6 @@ tl::unexpected<Error> Unanswered(const std::string& attempted, const ModbusFailu
   return Fail(attempted, ModbusFailureText(failure), Advice(failure));
 }
 
-RegisterBlock::RegisterBlock(std::uint16_t address, WordOrder order, std::vector<std::uint16_t> values)
-    : address_(address), order_(order), values_(std::move(values)) {}
-
-std::uint16_t RegisterBlock::Word(std::uint16_t address) const { return values_.at(address - address_); }
-
-std::uint32_t RegisterBlock::Long(std::uint16_t address) const {
-  const std::uint32_t first = Word(address);
-  const std::uint32_t second = Word(static_cast<std::uint16_t>(address + 1));
-  return order_ == WordOrder::kHighFirst ? first << 16 | second : second << 16 | first;
-}
-
-std::int32_t RegisterBlock::Signed(std::uint16_t address) const { return static_cast<std::int32_t>(Long(address)); }
-
 DriveDialogue::DriveDialogue(ModbusLink& link, const AxisRegisterMap& map, Clock& clock, ModbusAxisOptions options)
     : link_(link),
       map_(map),

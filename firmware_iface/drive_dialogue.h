@@ -10,24 +10,10 @@
 #include "base/result.h"
 #include "firmware_iface/axis_register_map.h"
 #include "firmware_iface/modbus_link.h"
+#include "firmware_iface/register_block.h"
 #include "firmware_iface/scan_axis.h"
 
 namespace annulus {
-
-/// The registers of one answered transaction, by address.
-class RegisterBlock {
- public:
-  RegisterBlock(std::uint16_t address, WordOrder order, std::vector<std::uint16_t> values);
-
-  [[nodiscard]] std::uint16_t Word(std::uint16_t address) const;
-  [[nodiscard]] std::uint32_t Long(std::uint16_t address) const;
-  [[nodiscard]] std::int32_t Signed(std::uint16_t address) const;
-
- private:
-  std::uint16_t address_;
-  WordOrder order_;
-  std::vector<std::uint16_t> values_;
-};
 
 /// A reply that is certainly the one to our request, and the host's clock around it.
 struct DriveAnswer {

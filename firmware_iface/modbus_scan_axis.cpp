@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "firmware_iface/axis_reading.h"
 #include "firmware_iface/drive_dialogue.h"
 #include "firmware_iface/drive_parameters.h"
 #include "firmware_iface/scan_axis.h"
@@ -58,6 +59,7 @@ class ModbusScanAxis final : public ScanAxis {
       : dialogue_(link, map, clock, options),
         map_(map),
         status_block_(map.StatusBlock()),
+        reading_(ReadingLayout(map)),
         clock_(clock),
         options_(options) {}
 
@@ -119,18 +121,18 @@ class ModbusScanAxis final : public ScanAxis {
   DriveDialogue dialogue_;
   AxisRegisterMap map_;
   AxisRegisterMap::Block status_block_;
+  AxisReadingDecoder reading_;
   Clock& clock_;
   ModbusAxisOptions options_;
   State state_ = State::kDisabled;
   AxisTrouble trouble_ = AxisTrouble::kNone;
   DriveParameters parameters_;
   AxisPosition last_;
-  int failures_ = 0;                 ///< Readings in a row without a good reply.
-  bool homing_due_ = false;          ///< The link was lost: the drive's own "homed" does not count any more.
-  bool homing_ = false;              ///< The last motion ordered was a homing run.
-  bool home_sought_ = false;         ///< Of a drive without flags: the homing run is, or was, on its way.
-  bool home_seen_ = false;           ///< Of a drive without flags: the homing run ended well.
-  std::uint64_t drive_time_us_ = 0;  ///< Unwrapped.
+  int failures_ = 0;          ///< Readings in a row without a good reply.
+  bool homing_due_ = false;   ///< The link was lost: the drive's own "homed" does not count any more.
+  bool homing_ = false;       ///< The last motion ordered was a homing run.
+  bool home_sought_ = false;  ///< Of a drive without flags: the homing run is, or was, on its way.
+  bool home_seen_ = false;    ///< Of a drive without flags: the homing run ended well.
 };
 
 Status ModbusScanAxis::Gate(const char* call, State required) {
@@ -385,15 +387,10 @@ void ModbusScanAxis::ReadFlags(const DriveAnswer& answer, AxisPosition& position
 AxisPosition ModbusScanAxis::Read(const DriveAnswer& answer) {
   AxisPosition position;
   position.fresh = true;
-  position.z = Millimetres(answer.registers.Signed(map_.position) / map_.units_per_mm);
-  nanoseconds device_time = (answer.host_before + answer.host_after) / 2;
-  if (map_.drive_time != kNoRegister) {
-    // The 32-bit microseconds wrap every 71.6 min: what counts is the difference to the last reading.
-    drive_time_us_ += static_cast<std::uint32_t>(answer.registers.Long(map_.drive_time) -
-                                                 static_cast<std::uint32_t>(drive_time_us_ & 0xFFFFFFFFU));
-    device_time = std::chrono::microseconds(static_cast<std::int64_t>(drive_time_us_));
-  }
-  position.time = {answer.host_before, device_time, answer.host_after};
+  const AxisReading reading = reading_.Decode(answer.registers);
+  position.z = reading.z;
+  position.time = {answer.host_before, reading.drive_time.value_or((answer.host_before + answer.host_after) / 2),
+                   answer.host_after};
   ReadFlags(answer, position);
   return position;
 }

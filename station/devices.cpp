@@ -1,7 +1,11 @@
 #include "station/devices.h"
 
+#include <functional>
 #include <utility>
 
+#include "acquisition/scan_machine.h"
+#include "acquisition/tapped_buses.h"
+#include "acquisition/tapped_devices.h"
 #include "base/ensure.h"
 #include "station/sim_subject.h"
 
@@ -32,85 +36,175 @@ bool AllSimulated(const Config& config) {
   return config.ring.bus == RingBus::kSimulated && config.axis.simulated() && config.interlock.simulated;
 }
 
-Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, Storage& storage) {
-  auto ground = std::make_unique<DeviceGround>();
-  if (AllSimulated(config)) {
-    ground->clock_ = std::make_unique<ManualClock>();
+DeviceGround::~DeviceGround() = default;
+
+Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, Storage& storage, Pace pace) {
+  std::unique_ptr<DeviceGround> ground(new DeviceGround);
+  if (AllSimulated(config) && pace == Pace::kAsFastAsPossible) {
+    auto time = std::make_unique<InterleavedClock>(scan_time::kTick);
+    ground->virtual_time_ = time.get();
+    ground->clock_ = std::move(time);
   } else {
     ground->clock_ = std::make_unique<SystemClock>();
   }
-  if (AnySimulated(config)) {
-    auto options = SimulatedBooth(config, storage);
-    if (!options) return Fail(options);
+  ground->worker_clock_ = std::make_unique<BeatClock>(*ground->clock_);
+  if (!AnySimulated(config)) return ground;
+  auto options = SimulatedBooth(config, storage);
+  if (!options) return Fail(options);
+  // Drive and chain are wired only where both are there.
+  options->hardwired = config.axis.simulated() && config.interlock.simulated;
+  if (ground->virtual_time_ != nullptr) {
     ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->clock_);
+    return ground;
   }
+  ground->locked_ = std::make_unique<sim::LockedTime>(*ground->clock_);
+  ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->locked_);
+  for (UsbPort* port : ground->booth_->usb_ports()) {
+    ground->locked_ports_.push_back(sim::MakeLocked(*port, *ground->locked_));
+  }
+  ground->locked_link_ = sim::MakeLocked(ground->booth_->axis_link(), *ground->locked_);
   return ground;
 }
 
-Result<RingDevice> OpenRing(const RingConfig& config, DeviceGround& ground) {
+std::unique_lock<std::mutex> DeviceGround::Hold() {
+  return locked_ == nullptr ? std::unique_lock<std::mutex>() : std::unique_lock(locked_->mutex());
+}
+
+std::vector<UsbPort*> DeviceGround::usb_ports() {
+  ENSURE(booth_ != nullptr, "a simulated ring has its booth");
+  if (locked_ == nullptr) return booth_->usb_ports();
+  std::vector<UsbPort*> ports;
+  for (const auto& port : locked_ports_) ports.push_back(port.get());
+  return ports;
+}
+
+ModbusLink& DeviceGround::axis_link() {
+  ENSURE(booth_ != nullptr, "a simulated axis has its booth");
+  return locked_ == nullptr ? booth_->axis_link() : *locked_link_;
+}
+
+Result<std::unique_ptr<GpioLines>> DeviceGround::RequestLines(const std::vector<GpioLineSpec>& lines) {
+  ENSURE(booth_ != nullptr, "a simulated interlock has its booth");
+  const auto held = Hold();
+  auto requested = booth_->safety().Request({}, lines);
+  if (!requested || locked_ == nullptr) return requested;
+  return sim::MakeLocked(std::move(*requested), *locked_);
+}
+
+namespace {
+
+/// Opens the ring, by way of the tap if there is one.
+template <class Options>
+Result<std::unique_ptr<RangeRing>> OpenBy(BusTap* tap, Clock& clock, const Options& options, std::size_t seams,
+                                          const std::function<Result<std::unique_ptr<RangeRing>>()>& open) {
+  if (tap == nullptr) return open();
+  bus_record::RingOpening opening;
+  opening.options = options;
+  opening.seams = static_cast<std::uint8_t>(seams);
+  return OpenTappedRing({*tap, clock}, opening, open);
+}
+
+Result<RingDevice> OpenUsb(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
   RingDevice device;
-  UsbRangeRingOptions usb_options;
-  usb_options.first_sensors = config.boards;
-  Result<std::unique_ptr<RangeRing>> ring;
-  switch (config.bus) {
-    case RingBus::kSimulated:
-      ENSURE(ground.booth() != nullptr, "a simulated ring has its booth");
-      ring = MakeUsbRangeRing(ground.booth()->usb_ports(), usb_options, ground.clock());
-      break;
-    case RingBus::kUsb: {
-      auto host = OpenLibusbHost(ground.clock());
-      if (!host) return Fail(host);
-      device.usb = std::move(*host);
-      ring = OpenUsbRangeRing(*device.usb, usb_options, ground.clock());
-      break;
-    }
-    case RingBus::kCan: {
-      CanRangeRingOptions options;
-      options.first_sensors = config.boards;
-      std::vector<CanBus*> buses;
-      for (const std::string& name : config.can_interfaces) {
-        auto bus = OpenSocketCan(name, ground.clock());
-        if (!bus) return Fail(bus);
-        device.can.push_back(std::move(*bus));
-        buses.push_back(device.can.back().get());
-      }
-      ring = MakeCanRangeRing(buses, options, ground.clock());
-      break;
-    }
+  Clock& clock = ground.worker_clock();
+  UsbRangeRingOptions options;
+  options.first_sensors = config.boards;
+  auto host = OpenLibusbHost(clock);
+  if (!host) return Fail(host);
+  device.usb = std::move(*host);
+  UsbHost* used = device.usb.get();
+  if (tap != nullptr) {
+    device.tapped_usb = std::make_unique<TappedUsbHost>(*device.usb, *tap, clock);
+    used = device.tapped_usb.get();
   }
+  auto ring = OpenBy(tap, clock, options, config.boards.empty() ? sim::BoothDevices::kBoards : config.boards.size(),
+                     [&] { return OpenUsbRangeRing(*used, options, clock); });
   if (!ring) return Fail(ring);
   device.ring = std::move(*ring);
   return device;
 }
 
-Result<AxisDevice> OpenAxis(const AxisConfig& config, DeviceGround& ground) {
+Result<RingDevice> OpenCan(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
+  RingDevice device;
+  Clock& clock = ground.worker_clock();
+  CanRangeRingOptions options;
+  options.first_sensors = config.boards;
+  std::vector<CanBus*> buses;
+  for (const std::string& name : config.can_interfaces) {
+    auto bus = OpenSocketCan(name, clock);
+    if (!bus) return Fail(bus);
+    device.can.push_back(std::move(*bus));
+    buses.push_back(device.can.back().get());
+  }
+  if (tap != nullptr) {
+    device.tapped_can = TapCanBuses(buses, *tap, clock);
+    for (std::size_t i = 0; i < buses.size(); ++i) buses[i] = device.tapped_can[i].get();
+  }
+  auto ring = OpenBy(tap, clock, options, buses.size(), [&] { return MakeCanRangeRing(buses, options, clock); });
+  if (!ring) return Fail(ring);
+  device.ring = std::move(*ring);
+  return device;
+}
+
+Result<RingDevice> OpenSimulated(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
+  RingDevice device;
+  Clock& clock = ground.worker_clock();
+  UsbRangeRingOptions options;
+  options.first_sensors = config.boards;
+  std::vector<UsbPort*> ports = ground.usb_ports();
+  if (tap != nullptr) {
+    device.tapped_ports = TapUsbPorts(ports, *tap, clock);
+    for (std::size_t i = 0; i < ports.size(); ++i) ports[i] = device.tapped_ports[i].get();
+  }
+  auto ring = OpenBy(tap, clock, options, ports.size(), [&] { return MakeUsbRangeRing(ports, options, clock); });
+  if (!ring) return Fail(ring);
+  device.ring = std::move(*ring);
+  return device;
+}
+
+}  // namespace
+
+Result<RingDevice> OpenRing(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
+  switch (config.bus) {
+    case RingBus::kUsb:
+      return OpenUsb(config, ground, tap);
+    case RingBus::kCan:
+      return OpenCan(config, ground, tap);
+    case RingBus::kSimulated:
+      break;
+  }
+  return OpenSimulated(config, ground, tap);
+}
+
+Result<AxisDevice> OpenAxis(const AxisConfig& config, DeviceGround& ground, BusTap* tap) {
   AxisDevice device;
+  Clock& clock = ground.worker_clock();
   ModbusLink* link = nullptr;
   if (config.simulated()) {
-    ENSURE(ground.booth() != nullptr, "a simulated axis has its booth");
-    link = &ground.booth()->axis_link();
+    link = &ground.axis_link();
   } else {
     const auto* serial = std::get_if<ModbusRtuOptions>(&config.link);
-    auto opened = serial != nullptr ? OpenModbusRtu(*serial, ground.clock())
-                                    : OpenModbusTcp(std::get<ModbusTcpOptions>(config.link), ground.clock());
+    auto opened = serial != nullptr ? OpenModbusRtu(*serial, clock)
+                                    : OpenModbusTcp(std::get<ModbusTcpOptions>(config.link), clock);
     if (!opened) return Fail(opened);
     device.link = std::move(*opened);
     link = device.link.get();
   }
-  auto axis = MakeModbusScanAxis(*link, config.register_map, ground.clock());
+  if (tap != nullptr) {
+    device.tapped_link = std::make_unique<TappedModbusLink>(*link, *tap, clock);
+    link = device.tapped_link.get();
+  }
+  const auto open = [&] { return MakeModbusScanAxis(*link, config.register_map, clock); };
+  auto axis = tap == nullptr ? open() : OpenTappedAxis({*tap, clock}, config.register_map, open);
   if (!axis) return Fail(axis);
   device.axis = std::move(*axis);
   return device;
 }
 
 Result<std::unique_ptr<Interlock>> OpenInterlock(const InterlockConfig& config, DeviceGround& ground) {
-  if (config.simulated) {
-    ENSURE(ground.booth() != nullptr, "a simulated interlock has its booth");
-  }
   RETURN_IF_ERROR(config.wiring.Validate());
-  const std::string chip = config.simulated ? std::string() : config.wiring.chip;
-  auto lines = config.simulated ? ground.booth()->safety().Request(chip, config.wiring.Lines())
-                                : OpenGpioLines(chip, config.wiring.Lines(), ground.clock());
+  auto lines = config.simulated ? ground.RequestLines(config.wiring.Lines())
+                                : OpenGpioLines(config.wiring.chip, config.wiring.Lines(), ground.clock());
   if (!lines) return Fail(lines);
   return MakeInterlock(std::move(*lines), ground.clock());
 }

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "acquisition/bus_tap.h"
+#include "acquisition/scanner.h"
+#include "base/progress.h"
+#include "base/result.h"
+#include "base/storage.h"
+#include "station/config.h"
+#include "station/devices.h"
+
+namespace annulus {
+
+/// Who presses the buttons of a simulated booth.
+enum class SimOperator {
+  kAutomatic,  ///< Reset and start key are pressed when the booth waits for them.
+  kNobody,
+};
+
+struct BoothSessionOptions {
+  Pace pace = Pace::kAsFastAsPossible;
+  SimOperator sim_operator = SimOperator::kAutomatic;
+  ScannerOptions scanner;
+};
+
+/// A booth with its program: devices opened as the configuration says, tapped, and the scanner on them. In virtual time
+/// whoever waits does the work of both threads; in real time there are two of them, from Start to the end.
+class BoothSession {
+ public:
+  /// Opens and identifies the devices, and tests the watchdog relay; nothing moves. Gate and storage are borrowed.
+  static Result<std::unique_ptr<BoothSession>> Open(const Config& config, ScanGate& gate, Storage& storage,
+                                                    BoothSessionOptions options = {});
+  BoothSession(const BoothSession&) = delete;
+  BoothSession& operator=(const BoothSession&) = delete;
+  /// Stops what runs, on the normal ramp if it can, then the threads.
+  ~BoothSession();
+
+  [[nodiscard]] Scanner& scanner() { return *scanner_; }
+  [[nodiscard]] Clock& clock() { return ground_->clock(); }
+  [[nodiscard]] DeviceGround& ground() { return *ground_; }
+  [[nodiscard]] const RangeRing& ring() const { return *ring_.ring; }
+  [[nodiscard]] const ScanAxis& axis() const { return *axis_.axis; }
+
+  /// Lets the booth work until `done` is true of its status, asked every 10 ms. False: `patience` is over.
+  bool RunUntil(const std::function<bool(const ScannerStatus&)>& done, std::chrono::nanoseconds patience);
+
+  /// What the control thread could not have of the system, in words ("real-time priority: …"); empty if it has all, or
+  /// in virtual time.
+  [[nodiscard]] std::string scheduling_note() const;
+
+ private:
+  BoothSession() = default;
+  void StartThreads();
+  void RunControl(const std::stop_token& stop);
+  void Tick();
+  /// What somebody at a simulated booth would do.
+  void ActForPeople();
+
+  std::unique_ptr<DeviceGround> ground_;
+  BusTap tap_;
+  RingDevice ring_;
+  AxisDevice axis_;
+  std::unique_ptr<Interlock> interlock_;
+  std::unique_ptr<Scanner> scanner_;
+  SimOperator operator_ = SimOperator::kNobody;
+  std::chrono::nanoseconds next_press_{0};
+  mutable std::mutex note_mutex_;
+  std::string scheduling_note_;
+  std::jthread control_;  ///< Last: they end first.
+  std::jthread worker_;
+};
+
+}  // namespace annulus
