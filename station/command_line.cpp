@@ -12,6 +12,9 @@
 #include "station/commands.h"
 
 namespace annulus {
+
+void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
+
 namespace {
 
 constexpr int kFailed = 1;
