@@ -20,6 +20,7 @@ namespace annulus {
 namespace {
 
 constexpr int kControlPriority = 80;
+constexpr std::chrono::seconds kConnectPatience{3};
 constexpr std::chrono::seconds kAskPatience{10};
 
 struct BoothdCommand {
@@ -90,7 +91,7 @@ Status Ask(const BoothdCommand& options, CommandIo& io) {
       {"status", StatusOrder{}}, {"home", HomeOrder{}}, {"cancel", CancelOrder{}}, {"acknowledge", AcknowledgeOrder{}}};
   const bool control = options.ask == "home" || options.ask == "acknowledge";
   auto client = BoothClient::Connect(options.socket, {BoothRole::kOperator, control, "annulus boothd --ask"},
-                                     std::chrono::seconds(0));
+                                     kConnectPatience);
   if (!client) return Fail(client);
   RETURN_IF_ERROR(client->Ask(kOrders.at(options.ask), kAskPatience));
   RETURN_IF_ERROR(client->Ask(StatusOrder{}, kAskPatience));

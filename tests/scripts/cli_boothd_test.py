@@ -20,16 +20,16 @@ CONFIG = """
 z_top_mm = 1700
 z_bottom_mm = 1600
 pitch_mm = 5
-speed_mm_s = 100
+speed_mm_s = 200
 sweeps = 2
-level_rate_hz = 10
+level_rate_hz = 20
 [profile.long]
 z_top_mm = 1700
 z_bottom_mm = 200
-pitch_mm = 5
-speed_mm_s = 50
+pitch_mm = 4
+speed_mm_s = 80
 sweeps = 1
-level_rate_hz = 10
+level_rate_hz = 20
 """
 
 
