@@ -79,6 +79,16 @@ std::optional<Parsed<McapChannel>> ParseChannel(std::string_view content) {
                              cursor.rest()};
 }
 
+std::optional<Parsed<McapSchema>> ParseSchema(std::string_view content) {
+  McapCursor cursor(content);
+  const auto id = cursor.Take<std::uint16_t>();
+  const auto name = cursor.TakeString();
+  const auto encoding = cursor.TakeString();
+  const auto data = cursor.TakeString();
+  if (!id || !name || !encoding || !data) return std::nullopt;
+  return Parsed<McapSchema>{{*id, std::string(*name), std::string(*encoding), std::string(*data)}, cursor.rest()};
+}
+
 std::optional<McapMessage> ParseMessage(std::string_view content) {
   McapCursor cursor(content);
   const auto channel = cursor.Take<std::uint16_t>();
@@ -236,8 +246,12 @@ McapPass::Outcome McapPass::HandleInData(const RawRecord& record) {
     case McapOpcode::kMessage:
       ++report_.unprotected;
       return AcceptSurplus(record.content);
+    case McapOpcode::kSchema: {
+      const auto schema = ParseSchema(record.content);
+      if (schema) listener_.OnSchema(schema->value);
+      return AcceptSurplus(record.content);
+    }
     case McapOpcode::kHeader:
-    case McapOpcode::kSchema:
     case McapOpcode::kMessageIndex:
       return AcceptSurplus(record.content);
     case McapOpcode::kAttachment:
@@ -318,6 +332,7 @@ McapPass::Outcome McapPass::HandleChunk(std::string_view content) {
     ++report_.unprotected;
   } else {
     HandleRecordsOfChunk(*records);
+    listener_.OnChunkEnd();
   }
   return AcceptSurplus(chunk->surplus);
 }

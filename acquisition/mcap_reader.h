@@ -18,6 +18,10 @@ class McapListener {
   virtual void OnMetadata(const McapMetadata& metadata) = 0;
   /// A message of a chunk whose CRC was present and right. Messages that nothing protects are counted, not told.
   virtual void OnMessage(const McapChannel& channel, const McapMessage& message) = 0;
+  /// A schema outside the summary. Nothing protects it.
+  virtual void OnSchema(const McapSchema& schema) { static_cast<void>(schema); }
+  /// All messages of a chunk have been told.
+  virtual void OnChunkEnd() {}
 };
 
 /// A place where a file is not what it should be.

@@ -78,6 +78,7 @@ struct McapWriter::State {
   std::uint64_t size = 0;
   std::uint32_t data_crc = 0;
   bool started = false;
+  bool finished = false;
   std::vector<McapSchema> schemas;
   std::vector<McapChannel> channels;
   std::vector<ChunkEntry> chunks;
@@ -91,7 +92,7 @@ struct McapWriter::State {
     return status;
   }
   Status Check() const {
-    ENSURE(file != nullptr, "a finished MCAP file takes no more");
+    ENSURE(!finished, "a finished MCAP file takes no more");
     if (failure) return tl::unexpected<Error>(*failure);
     return {};
   }
@@ -227,7 +228,12 @@ Status McapWriter::WritePreamble(McapPreamble preamble) {
   header.PutString(preamble.profile);
   header.PutString(preamble.library);
   out.PutRecord(McapOpcode::kHeader, header.bytes());
-  for (const McapMetadata& record : preamble.metadata) state_->PutMetadata(out, record);
+  for (std::size_t i = 0; i < preamble.metadata.size(); ++i) {
+    state_->PutMetadata(out, preamble.metadata[i]);
+    if (i > 0) continue;
+    RETURN_IF_ERROR(state_->Append(out.bytes()));
+    out = {};
+  }
   for (const McapSchema& schema : preamble.schemas) out.PutRecord(McapOpcode::kSchema, SchemaContent(schema));
   for (const McapChannel& channel : preamble.channels) out.PutRecord(McapOpcode::kChannel, ChannelContent(channel));
   state_->schemas = std::move(preamble.schemas);
@@ -307,7 +313,8 @@ Status McapWriter::Finish() {
   out.PutRaw(kMcapMagic);
   RETURN_IF_ERROR(state_->Append(out.bytes()));
   RETURN_IF_ERROR(Sync());
-  return state_->Latch(std::exchange(state_->file, nullptr)->Close());
+  state_->finished = true;
+  return state_->Latch(state_->file->Close());
 }
 
 Status McapWriter::Sync() {

@@ -22,7 +22,8 @@ struct McapPreamble {
   std::vector<McapChannel> channels;  ///< Every channel that WriteChunk uses.
 };
 
-/// Writes an MCAP file front to back. Every call is one Append of the file, so that a torn write costs that call only;
+/// Writes an MCAP file front to back. Every call is one Append of the file, so that a torn write costs that call only
+/// (WritePreamble: two, the first one with the first metadata record, so that a lost block does not cost both copies);
 /// what stands in the file can be read without Finish(). Memory: one chunk, and 70 bytes per chunk for the index.
 /// A failed call latches: later calls repeat its error. Thread-bound.
 class McapWriter {

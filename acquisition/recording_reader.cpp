@@ -1,14 +1,15 @@
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "acquisition/mcap_reader.h"
 #include "acquisition/recording.h"
+#include "acquisition/recording_channels.h"
 #include "acquisition/recording_names.h"
 #include "acquisition/scan_hash.h"
 #include "acquisition/scan_json.h"
 #include "base/log.h"
-#include "base/sha256.h"
 
 namespace annulus {
 namespace {
@@ -22,7 +23,28 @@ std::string EntryOf(const McapMetadata& metadata, const char* key) {
 struct ScanEnd {
   std::uint64_t levels = 0;
   std::string scan_hash;
+  std::map<std::string, std::uint64_t> messages;  ///< By topic; empty in older recordings.
 };
+
+/// The numbers of a JSON object; what is none is left out.
+std::map<std::string, std::uint64_t> CountsFromJson(const std::string& text) {
+  std::map<std::string, std::uint64_t> counts;
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) return counts;
+  for (const auto& [topic, count] : json.items()) {
+    if (count.is_number_unsigned()) counts[topic] = count.get<std::uint64_t>();
+  }
+  return counts;
+}
+
+/// The raw channel of a topic; nothing if it is another one.
+std::optional<RawChannel> RawChannelOf(std::string_view topic) {
+  for (std::size_t i = 0; i < kRawChannels; ++i) {
+    const auto channel = static_cast<RawChannel>(i);
+    if (TopicOf(ChannelOf(channel)) == topic) return channel;
+  }
+  return std::nullopt;
+}
 
 /// Puts a recording together from the records of its file.
 class RecordingCollector final : public McapListener {
@@ -30,13 +52,18 @@ class RecordingCollector final : public McapListener {
   void OnMetadata(const McapMetadata& metadata) override {
     if (metadata.name == kScanRecordName) TakeHeader(metadata);
     if (metadata.name == kEndRecordName) TakeEnd(metadata);
+    if (metadata.name == kRecoveryRecordName) recording_.report.recovered = true;
   }
 
   void OnMessage(const McapChannel& channel, const McapMessage& message) override {
     if (!has_header_) return;
-    if (channel.topic == kLevelsTopic) TakeLevel(message);
-    if (channel.topic == kAxisTopic) Take(AxisPointFromJson(message.data), recording_.axis, "an axis point");
-    if (channel.topic == kEventsTopic) Take(EventFromJson(message.data), recording_.events, "an event");
+    Count(channel.topic, message.sequence);
+    if (channel.topic == kLevelsTopic) return TakeLevel(message);
+    if (channel.topic == kAxisTopic) return Take(AxisPointFromJson(message.data), recording_.axis, "an axis point");
+    if (channel.topic == kEventsTopic) return Take(EventFromJson(message.data), recording_.events, "an event");
+    if (channel.topic == kSafetyTopic)
+      return Take(SafetyLinesFromJson(message.data), recording_.safety, "safety lines");
+    if (const auto raw = RawChannelOf(channel.topic)) TakeRaw(*raw, message);
   }
 
   /// The recording once all records were told; `name` is what messages call it.
@@ -50,7 +77,7 @@ class RecordingCollector final : public McapListener {
   void TakeHeader(const McapMetadata& metadata) {
     const std::string json = EntryOf(metadata, kJsonKey);
     ++header_copies_;
-    if (Sha256Hex(std::as_bytes(std::span(json))) != EntryOf(metadata, kSha256Key)) {
+    if (Sha256OfText(json) != EntryOf(metadata, kSha256Key)) {
       header_problem_ = "its hash is wrong";
       return Note("a copy of the header is damaged");
     }
@@ -67,11 +94,11 @@ class RecordingCollector final : public McapListener {
   void TakeEnd(const McapMetadata& metadata) {
     const std::string levels = EntryOf(metadata, kLevelCountKey);
     const std::string hash = EntryOf(metadata, kScanHashKey);
-    const std::string both = levels + hash;
-    if (Sha256Hex(std::as_bytes(std::span(both))) != EntryOf(metadata, kSha256Key)) {
+    const std::string messages = EntryOf(metadata, kMessageCountsKey);
+    if (Sha256OfText(levels + hash + messages) != EntryOf(metadata, kSha256Key)) {
       return Note("the record of the scan's end is damaged");
     }
-    end_ = ScanEnd{std::strtoull(levels.c_str(), nullptr, 10), hash};
+    end_ = ScanEnd{std::strtoull(levels.c_str(), nullptr, 10), hash, CountsFromJson(messages)};
   }
 
   void TakeLevel(const McapMessage& message) {
@@ -84,6 +111,20 @@ class RecordingCollector final : public McapListener {
       return Note("level " + std::to_string(message.sequence) + " cannot be read: " + level.error());
     }
     recording_.scan.levels.push_back(std::move(*level));
+  }
+
+  /// Notes how many messages of a topic there are, and how many are missing before this one.
+  void Count(const std::string& topic, std::uint32_t sequence) {
+    ++recording_.report.messages[topic];
+    std::uint64_t& next = next_of_topic_[topic];
+    if (sequence > next) recording_.report.messages_lost[topic] += sequence - next;
+    next = std::max(next, std::uint64_t{sequence} + 1);
+  }
+
+  void TakeRaw(RawChannel channel, const McapMessage& message) {
+    const auto bytes = std::as_bytes(std::span(message.data.data(), message.data.size()));
+    const auto time = static_cast<std::int64_t>(message.log_time_ns);
+    recording_.raw.push_back({channel, std::chrono::nanoseconds(time), {bytes.begin(), bytes.end()}});
   }
 
   template <class Value>
@@ -99,6 +140,7 @@ class RecordingCollector final : public McapListener {
   int header_copies_ = 0;
   std::string header_problem_;
   std::uint64_t next_sequence_ = 0;
+  std::map<std::string, std::uint64_t> next_of_topic_;
   std::optional<ScanEnd> end_;
 };
 
@@ -108,6 +150,10 @@ void RecordingCollector::CheckEnd() {
   if (!end_) {
     if (report.finished) Note("the record of the scan's end is missing");
     return;
+  }
+  for (const auto& [topic, count] : end_->messages) {
+    const std::uint64_t next = next_of_topic_[topic];
+    if (count > next) report.messages_lost[topic] += count - next;
   }
   if (end_->levels > next_sequence_) {
     Note("the scan ended after " + std::to_string(end_->levels) + " levels, the last one found is number " +
@@ -142,21 +188,37 @@ Result<Recording> RecordingCollector::Finish(const McapReport& report, const std
 
 }  // namespace
 
-Result<Recording> ParseRecording(std::span<const std::byte> bytes, const std::string& name) {
+namespace {
+
+Result<Recording> ParsePlain(std::span<const std::byte> bytes, const std::string& name) {
   RecordingCollector collector;
   const auto report = ReadMcap(bytes, name, collector);
   if (!report) return Fail(report);
   return collector.Finish(*report, name);
 }
 
-Result<Recording> ReadWholeRecording(Storage& storage, const std::string& path) {
-  const auto bytes = storage.ReadAll(path, kMaxInputBytes);
-  if (!bytes) return Fail(bytes);
-  return ParseRecording(*bytes, path);
+}  // namespace
+
+Result<Recording> ParseRecording(std::span<const std::byte> bytes, const std::string& name, const KeySource* keys) {
+  if (!LooksSealed(bytes)) return ParsePlain(bytes, name);
+  const auto opened = UnsealRecording(bytes, name, keys);
+  if (!opened) return Fail(opened);
+  auto recording = ParsePlain(opened->bytes, name);
+  if (!recording) return recording;
+  RecordingReport& report = recording->report;
+  report.sealed = true;
+  report.notes.insert(report.notes.begin(), opened->notes.begin(), opened->notes.end());
+  return recording;
 }
 
-Result<Scan> ReadRecording(Storage& storage, const std::string& path) {
-  auto recording = ReadWholeRecording(storage, path);
+Result<Recording> ReadWholeRecording(Storage& storage, const std::string& path, const KeySource* keys) {
+  const auto bytes = storage.ReadAll(path, kMaxInputBytes);
+  if (!bytes) return Fail(bytes);
+  return ParseRecording(*bytes, path, keys);
+}
+
+Result<Scan> ReadRecording(Storage& storage, const std::string& path, const KeySource* keys) {
+  auto recording = ReadWholeRecording(storage, path, keys);
   if (!recording) return Fail(recording);
   const RecordingReport& report = recording->report;
   if (!report.clean()) {
@@ -169,7 +231,7 @@ Result<Scan> ReadRecording(Storage& storage, const std::string& path) {
 
 bool LooksLikeRecording(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return text.starts_with(kMcapMagic);
+  return text.starts_with(kMcapMagic) || LooksSealed(bytes);
 }
 
 }  // namespace annulus

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "acquisition/calibrated_return.h"
 #include "acquisition/scan.h"
 #include "acquisition/scan_hash.h"
 
@@ -28,6 +29,16 @@ double DistanceToAxis(const Ray& ray) {
 
 }  // namespace
 
+std::optional<CalibratedReturn> Calibrate(const RingCalibration& calibration, std::size_t sensor,
+                                          const RangeReading& reading) {
+  if (!std::isfinite(reading.range_mm) || reading.range_mm <= 0.0) return std::nullopt;
+  const SensorCalibration& corrected = calibration.sensors[sensor];
+  const double distance = reading.range_mm * corrected.range_scale + corrected.range_offset_mm;
+  const Ray ray = calibration.RayOf(sensor, reading.z_mm);
+  if (!(distance > 0.0 && distance < DistanceToAxis(ray))) return std::nullopt;
+  return CalibratedReturn{ray.origin + distance * ray.direction, ray.direction};
+}
+
 std::vector<SurfaceSample> BuildSamples(const Scan& scan) {
   std::vector<SurfaceSample> samples;
   const RingCalibration& calibration = scan.header.calibration;
@@ -36,18 +47,15 @@ std::vector<SurfaceSample> BuildSamples(const Scan& scan) {
     const std::size_t count = std::min(level.readings.size(), calibration.sensors.size());
     for (std::size_t sensor = 0; sensor < count; ++sensor) {
       const RangeReading& reading = level.readings[sensor];
-      if (!std::isfinite(reading.range_mm) || reading.range_mm <= 0.0) continue;
-      const SensorCalibration& corrected = calibration.sensors[sensor];
-      const double distance = reading.range_mm * corrected.range_scale + corrected.range_offset_mm;
-      const Ray ray = calibration.RayOf(sensor, reading.z_mm);
-      if (!(distance > 0.0 && distance < DistanceToAxis(ray))) continue;
-      const Eigen::Vector3d point = ray.origin + distance * ray.direction;
+      const auto calibrated = Calibrate(calibration, sensor, reading);
+      if (!calibrated) continue;
+      const Eigen::Vector3d& point = calibrated->point;
       SurfaceSample sample;
       sample.theta = WrapAngle(std::atan2(point.y(), point.x()));
       sample.z = point.z();
       sample.radius = point.head<2>().norm();
       sample.time_s = std::chrono::duration<double>(since_start).count();
-      sample.ray_direction = ray.direction.cast<float>();
+      sample.ray_direction = calibrated->direction.cast<float>();
       sample.weight = static_cast<float>(reading.quality) / 255.0F;
       sample.level = level.index;
       sample.sensor = static_cast<std::uint16_t>(sensor);

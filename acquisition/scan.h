@@ -26,6 +26,33 @@ struct ScanLevel {
   std::vector<RangeReading> readings;  ///< One per sensor of the ring.
 };
 
+/// A board of the ring as a recording names it.
+struct RecordedBoard {
+  std::uint32_t serial = 0;
+  std::uint16_t first_sensor = 0;  ///< Ring index of its sensor 0.
+  std::uint16_t sensor_count = 0;
+  std::uint16_t protocol_version = 0;
+  std::string firmware_version;  ///< "major.minor.patch".
+
+  bool operator==(const RecordedBoard&) const = default;
+};
+
+/// The machine that took a scan: who was connected, with which versions and limits. Empty for imported scans.
+struct RecordedMachine {
+  std::string ring_bus;               ///< "usb", "can", "sim"; "" where unknown.
+  std::vector<RecordedBoard> boards;  ///< The map of the sensors, in the order of RangeRing::boards().
+  std::uint32_t axis_serial = 0;
+  std::uint16_t axis_protocol_version = 0;
+  std::string axis_firmware_version;  ///< "major.minor".
+  double axis_z_min_mm = 0.0;         ///< Limits of the carriage, station frame.
+  double axis_z_max_mm = 0.0;
+  double axis_max_speed_mm_s = 0.0;
+  double axis_max_acceleration_mm_s2 = 0.0;
+  double level_rate_hz = 0.0;  ///< SYNC edges per second; 0 where unknown.
+
+  bool operator==(const RecordedMachine&) const = default;
+};
+
 /// What a recording says of itself before its first level.
 struct ScanHeader {
   std::uint32_t format_version = 1;
@@ -40,6 +67,7 @@ struct ScanHeader {
   std::string plan_json;           ///< The validated plan as JSON; "" where unknown.
   std::uint64_t seed = 0;          ///< Of a simulated scan.
   std::int64_t wall_start_ns = 0;  ///< Wall clock of the start, ns since 1970; 0 where unknown.
+  RecordedMachine machine;
 };
 
 /// A whole scan in memory: what a recording holds, what import makes and export writes.

@@ -123,6 +123,77 @@ Json JsonFromCalibration(const RingCalibration& calibration) {
   return json;
 }
 
+/// A number of RecordedMachine and its key.
+struct MachineField {
+  const char* key;
+  double RecordedMachine::*member;
+};
+constexpr std::array kMachineFields{
+    MachineField{"axis_z_min_mm", &RecordedMachine::axis_z_min_mm},
+    MachineField{"axis_z_max_mm", &RecordedMachine::axis_z_max_mm},
+    MachineField{"axis_max_speed_mm_s", &RecordedMachine::axis_max_speed_mm_s},
+    MachineField{"axis_max_acceleration_mm_s2", &RecordedMachine::axis_max_acceleration_mm_s2},
+    MachineField{"level_rate_hz", &RecordedMachine::level_rate_hz},
+};
+
+Json JsonFromMachine(const RecordedMachine& machine) {
+  Json boards = Json::array();
+  for (const RecordedBoard& board : machine.boards) {
+    boards.push_back({{"serial", board.serial},
+                      {"first_sensor", board.first_sensor},
+                      {"sensor_count", board.sensor_count},
+                      {"protocol_version", board.protocol_version},
+                      {"firmware_version", board.firmware_version}});
+  }
+  Json json{{"ring_bus", machine.ring_bus},
+            {"boards", std::move(boards)},
+            {"axis_serial", machine.axis_serial},
+            {"axis_protocol_version", machine.axis_protocol_version},
+            {"axis_firmware_version", machine.axis_firmware_version}};
+  for (const MachineField& field : kMachineFields) json[field.key] = machine.*field.member;
+  return json;
+}
+
+tl::expected<RecordedBoard, std::string> BoardFromJson(const Json& json) {
+  if (!json.is_object()) return Wrong("boards");
+  const auto serial = IntegerAt<std::uint32_t>(json, "serial");
+  const auto first_sensor = IntegerAt<std::uint16_t>(json, "first_sensor");
+  const auto sensor_count = IntegerAt<std::uint16_t>(json, "sensor_count");
+  const auto protocol_version = IntegerAt<std::uint16_t>(json, "protocol_version");
+  auto firmware_version = TextAt(json, "firmware_version");
+  if (!serial || !first_sensor || !sensor_count || !protocol_version || !firmware_version) return Wrong("boards");
+  return RecordedBoard{*serial, *first_sensor, *sensor_count, *protocol_version, std::move(*firmware_version)};
+}
+
+tl::expected<RecordedMachine, std::string> MachineFromJson(const Json& json) {
+  RecordedMachine machine;
+  auto ring_bus = TextAt(json, "ring_bus");
+  const auto axis_serial = IntegerAt<std::uint32_t>(json, "axis_serial");
+  const auto axis_protocol = IntegerAt<std::uint16_t>(json, "axis_protocol_version");
+  auto axis_firmware = TextAt(json, "axis_firmware_version");
+  const auto boards = json.find("boards");
+  if (!ring_bus) return Wrong("ring_bus");
+  if (!axis_serial) return Wrong("axis_serial");
+  if (!axis_protocol) return Wrong("axis_protocol_version");
+  if (!axis_firmware) return Wrong("axis_firmware_version");
+  if (boards == json.end() || !boards->is_array() || boards->size() > kMaxSensors) return Wrong("boards");
+  for (const Json& entry : *boards) {
+    auto board = BoardFromJson(entry);
+    if (!board) return tl::unexpected<std::string>(board.error());
+    machine.boards.push_back(std::move(*board));
+  }
+  for (const MachineField& field : kMachineFields) {
+    const auto number = NumberAt(json, field.key);
+    if (!number) return Wrong(field.key);
+    machine.*field.member = *number;
+  }
+  machine.ring_bus = std::move(*ring_bus);
+  machine.axis_serial = *axis_serial;
+  machine.axis_protocol_version = *axis_protocol;
+  machine.axis_firmware_version = std::move(*axis_firmware);
+  return machine;
+}
+
 /// Appends the shortest decimal that reads back as `number`; null if it is not finite.
 void PutNumber(std::string& out, double number) {
   if (!std::isfinite(number)) {
@@ -163,13 +234,17 @@ const std::string_view kLevelSchema =
 const std::string_view kAxisSchema =
     R"({"type":"object","properties":{"time_ns":{"type":"integer"},"z_mm":{"type":"number"}},)"
     R"("required":["time_ns","z_mm"]})";
+const std::string_view kSafetySchema =
+    R"({"type":"object","properties":{"time_ns":{"type":"integer"},"input":{"type":"array","items":{"type":"boolean"}},)"
+    R"("output":{"type":"array","items":{"type":"boolean"}}},"required":["time_ns","input","output"]})";
 const std::string_view kEventSchema =
     R"({"type":"object","properties":{"time_ns":{"type":"integer"},"text":{"type":"string"}},)"
     R"("required":["time_ns","text"]})";
 
 tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
   if (header.format_version != kFormatVersion) {
-    return tl::unexpected<std::string>("its format version is " + std::to_string(header.format_version) + ", not 1");
+    return tl::unexpected<std::string>("its format version is " + std::to_string(header.format_version) +
+                                       ", this program knows 1");
   }
   if (!(header.ring_radius_mm > 0.0 && header.ring_radius_mm <= kMaxLengthMm)) return Wrong("ring_radius_mm");
   const auto& sensors = header.calibration.sensors;
@@ -179,6 +254,9 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
       if (!(std::abs(sensor.*field.member) <= field.limit)) return Wrong(field.key);
     }
     if (sensor.radius_mm <= 0.0) return Wrong("radius_mm");
+  }
+  for (const MachineField& field : kMachineFields) {
+    if (!std::isfinite(header.machine.*field.member)) return Wrong(field.key);
   }
   return {};
 }
@@ -190,6 +268,7 @@ std::string JsonFromHeader(const ScanHeader& header) {
   json["wall_start_ns"] = header.wall_start_ns;
   json["ring_radius_mm"] = header.ring_radius_mm;
   json["calibration"] = JsonFromCalibration(header.calibration);
+  if (header.machine != RecordedMachine{}) json["machine"] = JsonFromMachine(header.machine);
   return Dump(json);
 }
 
@@ -198,6 +277,10 @@ tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {
   if (!json) return tl::unexpected<std::string>(json.error());
   ScanHeader header;
   const auto version = IntegerAt<std::uint32_t>(*json, "format_version");
+  if (version && *version != kFormatVersion) {  // before keys that another version may not have
+    header.format_version = *version;
+    return tl::unexpected<std::string>(CheckHeader(header).error());
+  }
   const auto seed = IntegerAt<std::uint64_t>(*json, "seed");
   const auto wall_start = IntegerAt<std::int64_t>(*json, "wall_start_ns");
   const auto ring_radius = NumberAt(*json, "ring_radius_mm");
@@ -214,6 +297,11 @@ tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {
   }
   auto calibration = CalibrationFromJson(*calibration_json);
   if (!calibration) return tl::unexpected<std::string>(calibration.error());
+  if (const auto machine = json->find("machine"); machine != json->end()) {
+    auto parsed = machine->is_object() ? MachineFromJson(*machine) : Wrong("machine");
+    if (!parsed) return tl::unexpected<std::string>(parsed.error());
+    header.machine = std::move(*parsed);
+  }
   header.format_version = *version;
   header.seed = *seed;
   header.wall_start_ns = *wall_start;
@@ -291,6 +379,31 @@ tl::expected<RecordedEvent, std::string> EventFromJson(std::string_view text) {
   if (!time) return Wrong("time_ns");
   if (!words) return Wrong("text");
   return RecordedEvent{std::chrono::nanoseconds(*time), std::move(*words)};
+}
+
+std::string JsonFromSafetyLines(const SafetyLines& lines) {
+  return Dump(Json{{"time_ns", lines.time.count()}, {"input", lines.input}, {"output", lines.output}});
+}
+
+tl::expected<SafetyLines, std::string> SafetyLinesFromJson(std::string_view text) {
+  const auto json = ParseObject(text);
+  if (!json) return tl::unexpected<std::string>(json.error());
+  const auto time = IntegerAt<std::int64_t>(*json, "time_ns");
+  if (!time) return Wrong("time_ns");
+  SafetyLines lines;
+  lines.time = std::chrono::nanoseconds(*time);
+  const auto take = [&](const char* key, auto& levels) {
+    const Json* array = ArrayAt(*json, key, levels.size());
+    if (array == nullptr) return false;
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      if (!(*array)[i].is_boolean()) return false;
+      levels[i] = (*array)[i].get<bool>();
+    }
+    return true;
+  };
+  if (!take("input", lines.input)) return Wrong("input");
+  if (!take("output", lines.output)) return Wrong("output");
+  return lines;
 }
 
 }  // namespace annulus

@@ -28,9 +28,13 @@ tl::expected<AxisPoint, std::string> AxisPointFromJson(std::string_view json);
 [[nodiscard]] std::string JsonFromEvent(const RecordedEvent& event);
 tl::expected<RecordedEvent, std::string> EventFromJson(std::string_view json);
 
-/// Schemas in JSON Schema of the three messages.
+[[nodiscard]] std::string JsonFromSafetyLines(const SafetyLines& lines);
+tl::expected<SafetyLines, std::string> SafetyLinesFromJson(std::string_view json);
+
+/// Schemas in JSON Schema of the messages.
 extern const std::string_view kLevelSchema;
 extern const std::string_view kAxisSchema;
 extern const std::string_view kEventSchema;
+extern const std::string_view kSafetySchema;
 
 }  // namespace annulus

@@ -62,6 +62,8 @@ State StateOf(Outcome outcome) {
   return static_cast<State>(static_cast<int>(outcome) - static_cast<int>(Outcome::kSafe));
 }
 
+bool EndsWithReset(const ScanCause& cause) { return cause.ends_with_reset || cause.code == CauseCode::kChainOpen; }
+
 /// What somebody in this state can do to get on.
 const char* WayOn(State state) {
   switch (state) {
@@ -102,7 +104,7 @@ const char* ScanEventText(ScanEventKind kind) {
 }
 
 bool ScanMachine::Latched() const {
-  return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !cause.ends_with_reset; });
+  return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !EndsWithReset(cause); });
 }
 
 void ScanMachine::Enter(ScanState state, std::chrono::nanoseconds time) {
@@ -140,9 +142,12 @@ Status ScanMachine::MayOrder(ScanEventKind kind) const {
 }
 
 Status ScanMachine::Handle(const ScanEvent& event) {
-  const Outcome outcome = OutcomeOf(event.kind, state_);
+  Outcome outcome = OutcomeOf(event.kind, state_);
   if (outcome == Outcome::kNothing) return {};
   RETURN_IF_ERROR(MayOrder(event.kind));
+  // Whoever notices first that the chain is open: it is the chain that demands it, and a reset that ends it.
+  const bool fails = event.kind == Kind::kFaulted || event.kind == Kind::kHomingFailed;
+  if (fails && event.cause.code == CauseCode::kChainOpen) outcome = Outcome::kSafe;
   switch (event.kind) {
     case Kind::kStarted:
       if (event.version != version_) {
@@ -160,10 +165,17 @@ Status ScanMachine::Handle(const ScanEvent& event) {
       causes_.clear();
       break;
     case Kind::kResetTaken:
-      std::erase_if(causes_, [](const ScanCause& cause) { return cause.ends_with_reset; });
+      std::erase_if(causes_, [](const ScanCause& cause) { return EndsWithReset(cause); });
+      break;
+    case Kind::kHomeOrdered:
+      homed_ = false;  // the drive gives up its old reference at the switch; a homing that is broken off has none
       break;
     case Kind::kHomed:
       homed_ = true;
+      break;
+    case Kind::kArmed:
+      since_ = event.time;
+      if (state_ == State::kArmed) ++version_;  // perhaps another plan: a start for the former one is refused
       break;
     case Kind::kJogOrdered:
       jog_beat_ = event.time;
@@ -187,7 +199,6 @@ Status ScanMachine::Handle(const ScanEvent& event) {
   }
   if ((event.kind == Kind::kResetTaken || event.kind == Kind::kStopped) && Latched()) next = State::kFault;
   Enter(next, event.time);
-  if (event.kind == Kind::kArmed) since_ = event.time;
   return {};
 }
 

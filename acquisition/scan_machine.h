@@ -60,9 +60,9 @@ inline constexpr std::chrono::milliseconds kJogBeat{100};
 /// Something that happened. What a kind does not need is ignored.
 struct ScanEvent {
   ScanEventKind kind = ScanEventKind::kAwoke;
-  std::chrono::nanoseconds time{0};       ///< Host clock; never before that of the event before.
-  ScanCause cause;                        ///< kChainOpened, kHomingFailed, kFaulted, kStopOverdue, kAwoke.
-  std::uint64_t version = 0;              ///< kStarted: that of the state in which the order was given.
+  std::chrono::nanoseconds time{0};  ///< Host clock; never before that of the event before.
+  ScanCause cause;            ///< kChainOpened, kHomingFailed, kFaulted, kStopOverdue; kAwoke: kInternal is none.
+  std::uint64_t version = 0;  ///< kStarted: that of the state in which the order was given.
   std::chrono::nanoseconds longest{0};    ///< kStarted: the scan must be over after it.
   CauseRole role = CauseRole::kOperator;  ///< kAcknowledged: of who does it.
 };
@@ -104,13 +104,14 @@ struct LineOrders {
 ///
 /// "no" is refused with a message, "-" means nothing in this state. *: FAULT if a cause is latched. +: the cause is
 /// noted. A cause is latched until it is acknowledged; what the chain demanded (kChainOpen) only until the reset. The
-/// first cause stays the first. ARMED on "armed": the checks were made again and the time starts anew.
+/// first cause stays the first. ARMED on "armed": the checks were made again, the time starts anew, and so does the
+/// version. "faulted" and "homing failed" for kChainOpen mean "chain opened", except where the table says "-".
 ///
-/// `homed` falls with SAFE, and with every cause that says so.
+/// `homed` falls with SAFE, with HOMING, and with every cause that says so.
 class ScanMachine {
  public:
   [[nodiscard]] ScanState state() const { return state_; }
-  /// Changes with every change of state: an order given for an older version is refused.
+  /// Rises with every change of state and every arming: a start given for an older version is refused.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   [[nodiscard]] bool homed() const { return homed_; }
   /// Latched causes, the first one first; of repeated ones only the first is kept.

@@ -10,6 +10,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+constexpr std::chrono::milliseconds kKeyReleased{300};  ///< Without a call for so long a jog key is not held any more.
 constexpr std::size_t kMostNotes = 10'000;
 constexpr std::size_t kMostWarnings = 20;
 
@@ -138,6 +139,12 @@ Status Scanner::State::OrderJog(JogDirection direction) {
   const nanoseconds now = clock.Now();
   {
     const std::scoped_lock lock(mutex);
+    const bool held = last_jog_call && now - *last_jog_call < kKeyReleased;
+    last_jog_call = now;
+    if (held && machine.state() != ScanState::kJog) {
+      return Fail("jog the axis", "the key was already held when the axis stopped",
+                  "let go of it, then press it again");
+    }
     if (machine.state() == ScanState::kJog) {
       if (direction != jog_direction) {
         return Fail("jog the axis", "it moves the other way", "let go of the key first");
@@ -154,6 +161,13 @@ Status Scanner::State::OrderJog(JogDirection direction) {
   event.kind = ScanEventKind::kJogOrdered;
   event.time = now;
   return Order(Job::kJog, event);
+}
+
+Status Scanner::State::Cancel(const ScanEvent& event) {
+  const std::scoped_lock lock(mutex);
+  // The machine is still IDLE while the checks before ARMED are made.
+  if (order == Job::kArm || running == Job::kArm) job_stop.request_stop();
+  return HandleLocked(event);
 }
 
 Status Scanner::State::Acknowledge(CauseRole role) {
@@ -234,7 +248,7 @@ Status Scanner::Cancel() {
   ScanEvent event;
   event.kind = ScanEventKind::kCancelled;
   event.time = state_->clock.Now();
-  return state_->Handle(event);
+  return state_->Cancel(event);
 }
 
 Status Scanner::Acknowledge(CauseRole role) { return state_->Acknowledge(role); }

@@ -69,7 +69,7 @@ struct ScannerStatus {
   std::string stage;                   ///< Of it, for people.
   double done = 0.0;                   ///< Of `total` units of the stage.
   double total = 0.0;
-  std::uint64_t start_presses = 0;  ///< Of the start key at the booth, since the program started.
+  std::uint64_t start_presses = 0;           ///< Of the start key at the booth, since the program started.
   double z_mm = 0.0;                         ///< Carriage; meaningless unless homed.
   std::optional<ArmReport> arm;              ///< Of the last order to arm.
   std::optional<ScanResult> scan;            ///< The last one that ended.

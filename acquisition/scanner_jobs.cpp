@@ -17,7 +17,7 @@ using In = InterlockInput;
 constexpr milliseconds kPoll{5};
 constexpr milliseconds kRampTime{400};   ///< From the highest speed to rest, on the normal ramp.
 constexpr milliseconds kPowerTime{900};  ///< Relay, drop-out of the last time included.
-constexpr milliseconds kBrakeTime{300};      ///< From the drive's brake output to the switch.
+constexpr milliseconds kBrakeTime{300};  ///< From the drive's brake output to the switch.
 constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the drive's inputs.
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
@@ -306,7 +306,7 @@ Status Scanner::State::Check(ArmReport& report) {
     }
   }
   check("plan", planned);
-  if (!armed.search) check("disk", report.passed() ? MakeRecording() : Status{});
+  if (!armed.search) check("disk", report.passed() ? MakeRecording(report.plan_adjusted) : Status{});
   return report.passed() ? Status{} : Fail("arm a scan", "not all checks passed", "see the list");
 }
 
@@ -334,7 +334,7 @@ Status Scanner::State::ProveRing() {
   return proved;
 }
 
-Status Scanner::State::MakeRecording() {
+Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
   const std::uint64_t needed =
       std::uint64_t{plan.TotalLevels()} * devices.ring.limits().sensor_count * kBytesPerReading +
       (std::uint64_t{1} << 20);
@@ -359,8 +359,10 @@ Status Scanner::State::MakeRecording() {
     notes.clear();
     lines_log.clear();
   }
-  if (devices.tap != nullptr) return devices.tap->Attach(*writer);
-  return {};
+  for (const std::string& reason : plan_adjusted) {
+    RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
+  }
+  return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
 }
 
 // --- scanning ---
@@ -384,12 +386,7 @@ void Scanner::State::Search() {
   result = std::move(found);
 }
 
-void Scanner::State::Scan() {
-  for (const std::string& reason : arm_report ? arm_report->plan_adjusted : std::vector<std::string>{}) {
-    static_cast<void>(AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
-  }
-  Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task()));
-}
+void Scanner::State::Scan() { Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task())); }
 
 void Scanner::State::Conclude(Result<ScanSummary> summary) {
   ScanResult ended;
@@ -401,6 +398,11 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     if (summary->levels == 0 && !summary->cancelled) {
       ended.status = Fail("scan", "not one level was taken", "check ring and plan");
     }
+  } else if (Stopping()) {
+    // The stop came between two steps, and what was refused then is no fault; what is one was told as it was seen.
+    ended.summary.cancelled = true;
+    ended.summary.planned_levels = plan.TotalLevels();
+    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
   } else {
     ended.status = Fail(summary);
     // Told already if a device or the disk failed; anything else is told here.

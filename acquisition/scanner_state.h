@@ -24,6 +24,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status Order(Job job, const ScanEvent& event);
   Status OrderArm(ArmRequest request);
   Status OrderJog(JogDirection direction);
+  Status Cancel(const ScanEvent& event);
   Status Acknowledge(CauseRole role);
   [[nodiscard]] ScannerStatus Report() const;
 
@@ -61,7 +62,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Arm();
   Status Check(ArmReport& report);
   Status ProveRing();
-  Status MakeRecording();
+  Status MakeRecording(const std::vector<std::string>& plan_adjusted);
   void Scan();
   void Search();
   void Conclude(Result<ScanSummary> summary);
@@ -106,6 +107,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Job running = Job::kNone;
   std::optional<ArmRequest> request;  ///< Of the order to arm.
   JogDirection jog_direction = JogDirection::kUp;
+  std::optional<std::chrono::nanoseconds> last_jog_call;  ///< A key that is held down is not pressed.
   std::stop_source job_stop;
   InterlockReading reading;
   std::vector<InterlockNotice> notices;

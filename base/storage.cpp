@@ -1,9 +1,11 @@
 #include "base/storage.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -112,6 +114,7 @@ Status SyncFolderOf(const std::string& path) {
 Result<std::unique_ptr<AppendFile>> PosixStorage::Create(const std::string& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd < 0) return FailErrno("create " + path, errno);
+  (void)::flock(fd, LOCK_EX | LOCK_NB);  // only so that InUse can tell; some file systems have no locks
   return std::make_unique<PosixAppendFile>(fd, path);
 }
 
@@ -188,6 +191,26 @@ Result<std::uint64_t> PosixStorage::FreeBytes(const std::string& path) {
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
   if (error) return FailErrno("ask how much room is left for " + path, error.value());
   return space.available;
+}
+
+Status PosixStorage::SyncFolder(const std::string& path) { return SyncFolderOf(path); }
+
+Result<std::vector<std::string>> PosixStorage::List(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, error);
+  std::vector<std::string> names;
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    std::error_code unreadable;
+    if (entry->is_regular_file(unreadable)) names.push_back(entry->path().filename().string());
+  }
+  if (error) return FailErrno("list folder " + folder, error.value());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool PosixStorage::InUse(const std::string& path) const {
+  const FileDescriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  return fd.get() >= 0 && ::flock(fd.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 std::string TemporaryName(const std::string& path) { return path + ".part-" + std::to_string(::getpid()); }

@@ -49,6 +49,21 @@ class Storage {
   virtual Status CreateFolder(const std::string& path) = 0;
   /// Bytes that this program may still write to the disk that `path` (a file that may not exist yet) lies on.
   virtual Result<std::uint64_t> FreeBytes(const std::string& path) = 0;
+  /// Brings the name of `path` (a file) to the disk: syncs the folder that it lies in. Where names are durable at once:
+  /// nothing to do.
+  virtual Status SyncFolder(const std::string& path) {
+    static_cast<void>(path);
+    return {};
+  }
+  /// Names (without the folder) of the regular files in a folder, sorted.
+  virtual Result<std::vector<std::string>> List(const std::string& folder) {
+    return Fail("list " + folder, "this storage has no folders", "give the path of a file");
+  }
+  /// True while a program holds the file open for appending.
+  [[nodiscard]] virtual bool InUse(const std::string& path) const {
+    static_cast<void>(path);
+    return false;
+  }
 };
 
 /// The real file system. Reentrant.
@@ -63,6 +78,10 @@ class PosixStorage final : public Storage {
   Result<std::unique_ptr<AppendFile>> OpenDevice(const std::string& path) override;
   Status CreateFolder(const std::string& path) override;
   Result<std::uint64_t> FreeBytes(const std::string& path) override;
+  Status SyncFolder(const std::string& path) override;
+  Result<std::vector<std::string>> List(const std::string& folder) override;
+  /// By the advisory lock that Create takes.
+  [[nodiscard]] bool InUse(const std::string& path) const override;
 };
 
 /// Largest input file that any command reads: 4 GiB.

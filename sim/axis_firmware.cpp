@@ -94,19 +94,25 @@ AxisDriveModel::AxisDriveModel(AxisDriveOptions options, Clock& clock)
 void AxisDriveModel::PowerCycle() {
   const nanoseconds now = clock_.Now();
   Advance(now);
-  motion_.Stop(now, options_.quick_stop_mm_s2);
+  StartAnew(now, now + options_.boot_time);
+  if (wiring_ != nullptr) wiring_->DriveChanged();
+}
+
+void AxisDriveModel::StartAnew(nanoseconds time, nanoseconds ready_at) {
+  motion_.Stop(time, options_.quick_stop_mm_s2);
+  positioning_.reset();
+  mishaps_.creep.reset();
   std::fill(command_.begin(), command_.end(), std::uint16_t{0});
   pending_.clear();
   obeyed_.command = command_;
   previous_control_ = 0;
   state_ = DriveState::kNotReady;
-  ready_at_ = now + options_.boot_time;
+  ready_at_ = ready_at;
   fault_code_ = 0;
   homed_ = acknowledged_ = homing_error_ = false;
   homing_.reset();
-  encoder_zero_mm_ = motion_.At(now).z_mm;
+  encoder_zero_mm_ = motion_.At(time).z_mm;
   awaits_brake_ = false;
-  if (wiring_ != nullptr) wiring_->DriveChanged();
 }
 
 nanoseconds AxisDriveModel::TripTime() {
@@ -143,7 +149,8 @@ ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds t
   if (wiring_ != nullptr) clock_.SleepUntil(std::min(arrival, sent + timeout));
   ModbusReply reply = Carry(request, arrival);
   if (wiring_ != nullptr) wiring_->DriveChanged();
-  if (replied - sent > timeout) {
+  const bool silent = !reply && reply.error().fault == ModbusFault::kTimeout;
+  if (silent || replied - sent > timeout) {
     clock_.SleepUntil(sent + timeout);
     return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
   }
@@ -153,6 +160,7 @@ ModbusReply AxisDriveModel::Transact(const ModbusRequest& request, nanoseconds t
 
 ModbusReply AxisDriveModel::Carry(const ModbusRequest& request, nanoseconds time) {
   Advance(time);
+  if (mishaps_.dark) return tl::unexpected<ModbusFailure>(ModbusFailure{ModbusFault::kTimeout, 0, {}});
   if (request.function != ModbusFunction::kReadRegisters) {
     if (ModbusReply written = WriteBlock(request, time); !written) return written;
     if (request.function != ModbusFunction::kWriteReadRegisters) return std::vector<std::uint16_t>{};
@@ -278,12 +286,20 @@ void AxisDriveModel::Advance(nanoseconds time) {
 }
 
 void AxisDriveModel::AdvanceAlone(nanoseconds time) {
-  while (!pending_.empty() && pending_.front().due <= time) {
-    const nanoseconds due = pending_.front().due;
-    PassUntil(due);
-    ObeyDue(due);
+  while (true) {
+    const auto mishap = NextMishap();
+    const bool obeys = !pending_.empty() && pending_.front().due <= time;
+    if (mishap && *mishap <= time && (!obeys || *mishap <= pending_.front().due)) {
+      PassUntil(*mishap);
+      ChangeMishap(*mishap);
+    } else if (obeys) {
+      const nanoseconds due = pending_.front().due;
+      PassUntil(due);
+      ObeyDue(due);
+    } else {
+      return PassUntil(time);
+    }
   }
-  PassUntil(time);
 }
 
 void AxisDriveModel::PassUntil(nanoseconds time) {
@@ -297,14 +313,15 @@ void AxisDriveModel::PassUntil(nanoseconds time) {
     RaiseFault(kHeartbeatFault, silence_ends);
   }
   if (StopsForFault() && time >= motion_.rest_time()) state_ = DriveState::kFault;
+  Drift(supervised_, time);
   supervised_ = time;
 }
 
 void AxisDriveModel::Supervise(nanoseconds time) {
   for (nanoseconds t = supervised_; t < time; t += kSupervisionStep) {
-    if (std::abs(motion_.At(t).following_error_mm()) <= options_.following_limit_mm) continue;
-    RaiseFault(kFollowingFault, t);
-    return;
+    const AxisMotion::Point point = motion_.At(t);
+    if (point.contact && mishaps_.overload_code) return RaiseFault(*mishaps_.overload_code, t);
+    if (std::abs(point.following_error_mm()) > options_.following_limit_mm) return RaiseFault(kFollowingFault, t);
   }
 }
 
@@ -312,6 +329,7 @@ void AxisDriveModel::RaiseFault(std::uint16_t code, nanoseconds time) {
   fault_code_ = code;
   state_ = DriveState::kFaultReaction;
   homing_.reset();
+  positioning_.reset();
   motion_.Stop(time, options_.quick_stop_mm_s2);
 }
 
@@ -339,7 +357,9 @@ void AxisDriveModel::ObeyControlWord(nanoseconds time) {
   if (!Has(control, control_word::kStart)) acknowledged_ = false;
   if (state_ != DriveState::kOperationEnabled) return;
   if (Has(control, control_word::kHalt)) {
+    if (mishaps_.ignores_stops) return;
     homing_.reset();
+    positioning_.reset();
     motion_.Stop(time, options_.limits.max_acceleration.value());
     return;
   }
@@ -372,10 +392,12 @@ void AxisDriveModel::ChangePowerState(nanoseconds time) {
   awaits_brake_ = next == DriveState::kOperationEnabled && !powered && !inputs_.brake_released;
   if (awaits_brake_) next = DriveState::kSwitchedOn;
   if (next == state_) return;
+  if (powered && mishaps_.ignores_stops) return;
   if (next == DriveState::kOperationEnabled) last_heartbeat_ = time;
   // Without power the brake stops the axis; it is about as quick as a quick stop.
   if (powered) {
     homing_.reset();
+    positioning_.reset();
     motion_.Stop(time, options_.quick_stop_mm_s2);
   }
   state_ = next;
@@ -395,19 +417,24 @@ void AxisDriveModel::StartPositioning(nanoseconds time) {
     RaiseFault(kTargetFault, time);
     return;
   }
+  const double start = EncoderMm(time);
+  const double goal = start + mishaps_.scale * (target - start);
+  if (LimitForbids(start, goal, time)) return;
   acknowledged_ = true;
   motion_log_.push_back(time);
-  motion_.MoveTo(time, target + encoder_zero_mm_, {speed, acceleration});
+  positioning_ = Positioning{goal + encoder_zero_mm_, speed, acceleration};
+  Position(time);
 }
 
 void AxisDriveModel::StartHoming(nanoseconds time) {
   homed_ = homing_error_ = false;
   motion_log_.push_back(time);
-  if (!options_.home_switch_works) {
-    RunPastTheSwitch(time);
-    return;
-  }
+  positioning_.reset();
   const double switch_z = options_.home_switch_z_mm;
+  const bool above = motion_.At(time).z_mm >= switch_z;
+  if (LimitForbids(above ? 1.0 : 0.0, above ? 0.0 : 1.0, time)) return;
+  if (mishaps_.home_stuck || mishaps_.scale < 0.0) return RunAwayFromTheSwitch(time);
+  if (!options_.home_switch_works || mishaps_.home_never) return RunPastTheSwitch(time);
   const double acceleration = options_.limits.max_acceleration.value();
   // The time at which the carriage passes the switch, by bisection of the motion in closed form.
   const auto passes = [&](nanoseconds from, bool upward) {
@@ -420,7 +447,7 @@ void AxisDriveModel::StartHoming(nanoseconds time) {
     return high;
   };
   nanoseconds start = time;
-  if (motion_.At(time).z_mm < switch_z) {
+  if (!above) {
     motion_.MoveTo(start, switch_z + kHomingTravelMm, {options_.home_fast_mm_s, acceleration});
     motion_.Stop(passes(start, true), acceleration);
     start = motion_.rest_time() + kSettle;

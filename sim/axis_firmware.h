@@ -11,6 +11,7 @@
 #include "firmware_iface/axis_register_map.h"
 #include "firmware_iface/modbus_link.h"
 #include "firmware_iface/scan_axis.h"
+#include "sim/axis_mishaps.h"
 #include "sim/axis_motion.h"
 #include "sim/drive_inputs.h"
 
@@ -96,6 +97,12 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
   bool Follow(std::chrono::nanoseconds time, DriveInputs inputs) override;
   [[nodiscard]] std::optional<std::chrono::nanoseconds> NextChange() const override;
 
+  /// Lets something go wrong from `mishap.from` to `mishap.to`; from now on if that is past. Mishaps of different kinds
+  /// add up, of one kind the newest counts.
+  void Suffer(const AxisMishap& mishap);
+  /// Ends one that was given no end.
+  void Recover(const AxisMishap& mishap, std::chrono::nanoseconds time);
+
   /// Where the carriage really is at a time not after the clock's; brings the drive's own supervision up to that time.
   double TrueZ(std::chrono::nanoseconds time);
   /// Its true speed, mm/s, up positive.
@@ -139,6 +146,8 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
   void RunPastTheSwitch(std::chrono::nanoseconds time);
   void FinishHoming();
   void RaiseFault(std::uint16_t code, std::chrono::nanoseconds time);
+  /// Without power from `time`, ready to be switched on at `ready_at`.
+  void StartAnew(std::chrono::nanoseconds time, std::chrono::nanoseconds ready_at);
   void StopByInput(std::chrono::nanoseconds time);
   void LoseTorque(std::chrono::nanoseconds time);
   void MeetBrake(std::chrono::nanoseconds time);
@@ -148,6 +157,21 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
   [[nodiscard]] std::uint16_t ReportedCode() const;
   [[nodiscard]] double EncoderMm(std::chrono::nanoseconds time) const;
   [[nodiscard]] std::uint16_t StatusWord(std::chrono::nanoseconds time) const;
+
+  // Mishaps: axis_mishaps.cpp.
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> NextMishap() const;
+  void ChangeMishap(std::chrono::nanoseconds time);
+  void Befall(const AxisMishap& mishap, std::chrono::nanoseconds time);
+  void Pass(const AxisMishap& mishap, std::chrono::nanoseconds time);
+  void RaiseOwnFault(std::uint16_t code, std::chrono::nanoseconds time);
+  void OpenLimit(bool upper, std::chrono::nanoseconds time);
+  [[nodiscard]] bool LimitForbids(double from_mm, double to_mm, std::chrono::nanoseconds time);
+  void RunAway(std::chrono::nanoseconds time);
+  void ChangeSpeedFactor(double factor, std::chrono::nanoseconds time);
+  void Position(std::chrono::nanoseconds time);
+  void RunAwayFromTheSwitch(std::chrono::nanoseconds time);
+  void EndCreep(std::chrono::nanoseconds time);
+  void Drift(std::chrono::nanoseconds from, std::chrono::nanoseconds to);
 
   AxisDriveOptions options_;
   Clock& clock_;
@@ -180,6 +204,14 @@ class AxisDriveModel final : public ModbusLink, public WiredDrive {
     bool found = true;  ///< False: the switch never closed.
   };
   std::optional<HomingRun> homing_;
+  /// The order to move that was obeyed last; true height.
+  struct Positioning {
+    double target_mm = 0.0;
+    double speed_mm_s = 0.0;
+    double acceleration_mm_s2 = 0.0;
+  };
+  std::optional<Positioning> positioning_;
+  AxisMishaps mishaps_;
   bool homing_error_ = false;
   std::chrono::nanoseconds ready_at_;
   std::chrono::nanoseconds last_heartbeat_{0};

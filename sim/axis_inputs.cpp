@@ -37,14 +37,22 @@ bool AxisDriveModel::StopsForFault() const {
   return state_ == DriveState::kFaultReaction || (state_ == DriveState::kQuickStopActive && fault_code_ != 0);
 }
 
-/// Of what it does by itself only a following error is not foreseen: the brake then waits until the drive is asked.
+/// Of what it does by itself only a following error and a contact are not foreseen: the brake then waits until the
+/// drive is asked.
 std::optional<nanoseconds> AxisDriveModel::NextChange() const {
   const nanoseconds soonest = supervised_ + nanoseconds(1);
-  if (!pending_.empty()) return std::max(soonest, pending_.front().due);
-  if (StopsForFault()) return std::max(soonest, motion_.rest_time());
+  std::optional<nanoseconds> next = NextMishap();
+  const auto consider = [&next](nanoseconds time) { next = std::min(next.value_or(time), time); };
   const bool watched = state_ == DriveState::kOperationEnabled && options_.heartbeat.count() > 0;
-  if (watched) return std::max(soonest, last_heartbeat_ + options_.heartbeat + nanoseconds(1));
-  return std::nullopt;
+  if (!pending_.empty()) {
+    consider(pending_.front().due);
+  } else if (StopsForFault()) {
+    consider(motion_.rest_time());
+  } else if (watched) {
+    consider(last_heartbeat_ + options_.heartbeat + nanoseconds(1));
+  }
+  if (next) next = std::max(soonest, *next);
+  return next;
 }
 
 bool AxisDriveModel::Follow(nanoseconds time, DriveInputs inputs) {
@@ -68,7 +76,7 @@ void AxisDriveModel::StopByInput(nanoseconds time) {
   if (state_ == DriveState::kReadyToSwitchOn || state_ == DriveState::kSwitchedOn) {
     state_ = DriveState::kSwitchOnDisabled;
   }
-  if (state_ != DriveState::kOperationEnabled) return;
+  if (state_ != DriveState::kOperationEnabled || mishaps_.ignores_quick_stop) return;
   // It becomes a fault when the axis is at rest.
   RaiseFault(kQuickStopInputFault, time);
   state_ = DriveState::kQuickStopActive;
@@ -78,6 +86,7 @@ void AxisDriveModel::LoseTorque(nanoseconds time) {
   const bool powered = ReleasesBrake() && !awaits_brake_;
   awaits_brake_ = false;
   homing_.reset();
+  positioning_.reset();
   if (powered) {
     if (fault_code_ == 0) fault_code_ = kTorqueOffFault;  // what came first is the cause
     state_ = DriveState::kFault;

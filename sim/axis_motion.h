@@ -11,7 +11,8 @@ namespace annulus::sim {
 ///
 ///     e(t) = e_inf(t) + (e(t0) - e_inf(t0)) · exp(-(t - t0) / T),   e_inf(t) = T · v(t) - T^2 · a
 ///
-/// The whole history is kept: any time since the start can be asked for. Heights in mm, speeds mm/s.
+/// An obstacle holds the carriage up while the set-point goes on. The whole history is kept: any time since the start
+/// can be asked for. Heights in mm, speeds mm/s.
 class AxisMotion {
  public:
   struct Point {
@@ -19,6 +20,7 @@ class AxisMotion {
     double set_speed_mm_s = 0.0;
     double z_mm = 0.0;
     double speed_mm_s = 0.0;
+    bool contact = false;  ///< It pushes against an obstacle.
     [[nodiscard]] double following_error_mm() const { return set_z_mm - z_mm; }
   };
 
@@ -40,6 +42,19 @@ class AxisMotion {
   void Stop(std::chrono::nanoseconds time, double deceleration_mm_s2);
   /// From `time` on, lets it fall with this acceleration, > 0, to `floor_mm`, where it stays.
   void Fall(std::chrono::nanoseconds time, double acceleration_mm_s2, double floor_mm);
+  /// From `time` on, lets it creep at this speed, up positive, without an end; it counts as being at rest.
+  void Creep(std::chrono::nanoseconds time, double speed_mm_s);
+  /// From `time` on, the set-point stands where the carriage is.
+  void TakeUp(std::chrono::nanoseconds time);
+
+  /// From `time` on, the motor follows with another time constant, s, >= 0. What was planned stays.
+  void ChangeLag(std::chrono::nanoseconds time, double lag_s);
+  /// From `time` on the carriage, which then is on one side of this height, cannot pass it. Replaces an obstacle
+  /// before.
+  void PutObstacle(std::chrono::nanoseconds time, double z_mm);
+  void TakeObstacleAway(std::chrono::nanoseconds time);
+  /// Whether an obstacle stands anywhere at this time.
+  [[nodiscard]] bool HasObstacle(std::chrono::nanoseconds time) const;
 
  private:
   /// Constant acceleration from `start` to the next piece's start.
@@ -49,6 +64,13 @@ class AxisMotion {
     double speed_mm_s = 0.0;
     double acceleration_mm_s2 = 0.0;
     double error_mm = 0.0;  ///< Following error at the start.
+    double lag_s = 0.0;
+  };
+  struct Obstacle {
+    std::chrono::nanoseconds from{0};
+    std::chrono::nanoseconds to = std::chrono::nanoseconds::max();
+    double z_mm = 0.0;
+    bool below = true;  ///< Of the carriage.
   };
 
   [[nodiscard]] Point Evaluate(const Piece& piece, std::chrono::nanoseconds time) const;
@@ -56,9 +78,12 @@ class AxisMotion {
   /// Ends the last piece after `seconds` and continues with another acceleration.
   void Continue(double seconds, double acceleration_mm_s2);
   void Rest(double z_mm);
+  /// Begins a piece at `time` within what is planned, from where the carriage really is, and keeps the plan.
+  void SplitAt(std::chrono::nanoseconds time);
 
   double lag_s_;
   std::vector<Piece> pieces_;
+  std::vector<Obstacle> obstacles_;  ///< By time; at most one at a time.
 };
 
 }  // namespace annulus::sim

@@ -94,6 +94,7 @@ void BoothSession::RunControl(const std::stop_token& stop) {
 void BoothSession::Tick() {
   scanner_->Tick();
   if (operator_ == SimOperator::kAutomatic) ActForPeople();
+  if (watch_ != nullptr && *watch_) (*watch_)(scanner_->status());
 }
 
 void BoothSession::ActForPeople() {
@@ -110,18 +111,24 @@ void BoothSession::ActForPeople() {
   chain.SetAt(now + milliseconds(150), InterlockInput::kStartKey, false);
 }
 
-bool BoothSession::RunUntil(const std::function<bool(const ScannerStatus&)>& done, nanoseconds patience) {
+bool BoothSession::RunUntil(const std::function<bool(const ScannerStatus&)>& done, nanoseconds patience,
+                            const Watch& watch) {
   Clock& clock = ground_->clock();
   const nanoseconds end = clock.Now() + patience;
-  while (!done(scanner_->status())) {
-    if (clock.Now() >= end) return false;
-    if (ground_->virtual_time() != nullptr) {
+  const bool in_virtual_time = ground_->virtual_time() != nullptr;
+  if (in_virtual_time) watch_ = &watch;
+  bool reached = done(scanner_->status());
+  while (!reached && clock.Now() < end) {
+    if (in_virtual_time) {
       scanner_->Step();
     } else {
       clock.SleepUntil(clock.Now() + scan_time::kTick);
+      if (watch) watch(scanner_->status());
     }
+    reached = done(scanner_->status());
   }
-  return true;
+  watch_ = nullptr;
+  return reached;
 }
 
 std::string BoothSession::scheduling_note() const {

@@ -47,8 +47,11 @@ class BoothSession {
   [[nodiscard]] const RangeRing& ring() const { return *ring_.ring; }
   [[nodiscard]] const ScanAxis& axis() const { return *axis_.axis; }
 
-  /// Lets the booth work until `done` is true of its status, asked every 10 ms. False: `patience` is over.
-  bool RunUntil(const std::function<bool(const ScannerStatus&)>& done, std::chrono::nanoseconds patience);
+  /// Lets the booth work until `done` is true of its status. False: `patience` is over. `watch` sees the status every
+  /// 10 ms, also in the middle of an order; it may give orders.
+  using Watch = std::function<void(const ScannerStatus&)>;
+  bool RunUntil(const std::function<bool(const ScannerStatus&)>& done, std::chrono::nanoseconds patience,
+                const Watch& watch = {});
 
   /// What the control thread could not have of the system, in words ("real-time priority: …"); empty if it has all, or
   /// in virtual time.
@@ -70,6 +73,7 @@ class BoothSession {
   std::unique_ptr<Scanner> scanner_;
   SimOperator operator_ = SimOperator::kNobody;
   std::chrono::nanoseconds next_press_{0};
+  const Watch* watch_ = nullptr;  ///< Of the RunUntil that waits in virtual time; null: nobody looks.
   mutable std::mutex note_mutex_;
   std::string scheduling_note_;
   std::jthread control_;  ///< Last: they end first.

@@ -8,6 +8,7 @@
 
 #include "station/commands.h"
 #include "station/config.h"
+#include "station/devices.h"
 #include "station/files.h"
 #include "station/scan_job.h"
 
@@ -15,6 +16,8 @@ namespace annulus {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr int kWrongUsage = 2;
 
 struct ScanOptions {
   std::string config = "sim";
@@ -50,19 +53,21 @@ std::string OutcomeToText(const ScanOutcome& outcome, const std::string& recordi
   return text + outcome.summary.BriefReport() + "\n" + "recording: " + recording + "\n";
 }
 
-/// What of the configuration this version cannot do; empty if nothing.
-std::string NotYetIn(const Config& config) {
-  if (config.ring.bus != RingBus::kSimulated) return "scan on a real ring";
-  if (!config.axis.simulated()) return "scan on a real axis";
-  if (!config.interlock.simulated) return "scan with a real interlock";
-  if (!config.calibration_file.empty()) return "scan with a calibration file";
-  return {};
+/// A person stands in a real booth: who, and with what consent, belongs to the scan.
+Status CheckConsent(const Config& config, const ScanOptions& options, CommandIo& io) {
+  if (AllSimulated(config)) return {};
+  const bool who = !options.subject_id.empty();
+  if (who && !options.consent.empty()) return {};
+  io.set_failure_code(kWrongUsage);
+  return Fail("scan a person", who ? "--consent is missing" : "--subject-id is missing",
+              "give both: the subject's pseudonym and the reference of the consent");
 }
 
 Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
-  if (const std::string later = NotYetIn(*config); !later.empty()) return NotYet(io, later);
+  if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
+  RETURN_IF_ERROR(CheckConsent(*config, options, io));
   RETURN_IF_ERROR(CheckReplacing(io.storage(), options.out, options.force ? Replacing::kForce : Replacing::kRefuse));
   ProgressDisplay display(io.progress_mode());
   TaskContext task;

@@ -1,50 +1,22 @@
 #include "station/scan_job.h"
 
+#include <functional>
 #include <utility>
 
-#include "acquisition/recording.h"
-#include "base/ensure.h"
+#include "station/booth_session.h"
 #include "station/command_line.h"
-#include "station/devices.h"
 
 namespace annulus {
 namespace {
 
 using std::chrono::nanoseconds;
 
+constexpr std::chrono::minutes kPeoplePatience{5};
+constexpr std::chrono::seconds kHomingPatience{120};
+constexpr std::chrono::seconds kArmPatience{30};
+constexpr std::chrono::minutes kScanPatience{10};
+constexpr std::chrono::seconds kStopPatience{10};
 constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
-
-/// Passes what the scanner takes on to the recording.
-class RecordingSink final : public ScanSink {
- public:
-  explicit RecordingSink(RecordingWriter& writer) : writer_(writer) {}
-  Status AppendLevel(const ScanLevel& level) override { return writer_.AppendLevel(level); }
-  Status AppendAxis(nanoseconds time, double z_mm) override { return writer_.AppendAxis(time, z_mm); }
-  Status AppendEvent(nanoseconds time, const std::string& text) override { return writer_.AppendEvent(time, text); }
-
- private:
-  RecordingWriter& writer_;
-};
-
-/// The booth and its devices, opened through the drivers. The ground outlives them.
-struct Devices {
-  std::unique_ptr<DeviceGround> ground;
-  RingDevice ring_device;
-  AxisDevice axis_device;
-  [[nodiscard]] RangeRing& ring() { return *ring_device.ring; }
-  [[nodiscard]] ScanAxis& axis() { return *axis_device.axis; }
-  [[nodiscard]] Clock& clock() { return ground->clock(); }
-};
-
-Result<Devices> OpenDevices(const Config& config, Storage& storage) {
-  auto ground = DeviceGround::Make(config, storage);
-  if (!ground) return Fail(ground);
-  auto ring = OpenRing(config.ring, **ground);
-  if (!ring) return Fail(ring);
-  auto axis = OpenAxis(config.axis, **ground);
-  if (!axis) return Fail(axis);
-  return Devices{std::move(*ground), std::move(*ring), std::move(*axis)};
-}
 
 bool IsBuiltInProfile(const std::string& name) {
   return name == "body" || name == "torso" || name == "head" || name == "breath";
@@ -80,104 +52,236 @@ void Override(ScanPlan& plan, const ProfileConfig& profile) {
   if (profile.level_rate_hz) plan.level_rate_hz = *profile.level_rate_hz;
 }
 
-/// The plan that was asked for, not yet held against the machine.
-Result<ScanPlan> RequestedPlan(const Config& config, const std::string& name, Devices& devices,
-                               const TaskContext& task) {
-  const auto found = config.profiles.find(name);
-  const ProfileConfig profile = found != config.profiles.end() ? found->second : ProfileConfig{};
+/// Runs one scan on a booth session, state by state.
+class ScanJobRun {
+ public:
+  ScanJobRun(BoothSession& session, const Config& config, const ScanRequest& request, const TaskContext& task)
+      : session_(session), scanner_(session.scanner()), config_(config), request_(request), task_(task) {}
+
+  Result<ScanOutcome> Run();
+
+ private:
+  /// The plan that was asked for, not yet held against the machine.
+  Result<ScanPlan> RequestedPlan();
+  Result<Millimetres> FindTop();
+  [[nodiscard]] ScanHeader Header() const;
+  Status AwaitIdle();
+  Status Home();
+  /// Arms what is asked for; the reasons why the plan was adjusted are kept.
+  Status Arm(ArmRequest request);
+  /// Waits for the start key, starts, and waits for the end.
+  Result<ScanResult> Take();
+  /// Lets the booth work until it has come to `done`; a stop request is passed on as a cancellation, after which
+  /// `done` no longer counts, but rest does.
+  Status Await(const char* attempted, const std::function<bool(const ScannerStatus&)>& done, nanoseconds patience);
+  void Show(const ScannerStatus& status);
+
+  BoothSession& session_;
+  Scanner& scanner_;
+  const Config& config_;
+  const ScanRequest& request_;
+  const TaskContext& task_;
+  ScanOutcome outcome_;
+  std::string waiting_for_;  ///< Whom the booth waits for.
+};
+
+bool Rests(const ScannerStatus& status) {
+  return (status.state == ScanState::kIdle || status.state == ScanState::kSafe || status.state == ScanState::kFault) &&
+         status.job.empty();
+}
+
+/// Why the booth does not go on, as an Error; success if it does.
+Status Trouble(const char* attempted, const ScannerStatus& status) {
+  if (!status.causes.empty()) {
+    const ScanCause& cause = status.causes.front();
+    return Fail(attempted, cause.text, cause.advice);
+  }
+  if (status.state == ScanState::kFault) return Fail(attempted, "the booth is in fault", "acknowledge it");
+  return {};
+}
+
+void ScanJobRun::Show(const ScannerStatus& status) {
+  if (!status.stage.empty()) {
+    task_.Report(status.stage, status.done, status.total);
+  } else if (!waiting_for_.empty()) {
+    task_.Report(waiting_for_, 0, 1);
+  }
+}
+
+Status ScanJobRun::Await(const char* attempted, const std::function<bool(const ScannerStatus&)>& done,
+                         nanoseconds patience) {
+  const auto watch = [&](const ScannerStatus& status) {
+    Show(status);
+    if (task_.stop.stop_requested()) static_cast<void>(scanner_.Cancel());
+  };
+  const bool reached = session_.RunUntil(
+      [&](const ScannerStatus& status) { return done(status) || task_.stop.stop_requested(); }, patience, watch);
+  if (task_.stop.stop_requested()) {
+    static_cast<void>(scanner_.Cancel());
+    session_.RunUntil(Rests, kStopPatience);
+    return {};
+  }
+  if (reached) return {};
+  return Fail(attempted,
+              "the booth did not get there in time: it is " + std::string(ScanStateText(scanner_.status().state)) +
+                  (waiting_for_.empty() ? "" : ", and waits: " + waiting_for_),
+              scanner_.status().held_by.empty() ? "look at the booth, then try again"
+                                                : "the chain says: " + scanner_.status().held_by);
+}
+
+Status ScanJobRun::AwaitIdle() {
+  const char* attempted = "make the booth ready";
+  waiting_for_ = "press the reset button";
+  RETURN_IF_ERROR(Await(
+      attempted, [](const ScannerStatus& status) { return status.state != ScanState::kSafe; }, kPeoplePatience));
+  waiting_for_.clear();
+  if (task_.stop.stop_requested()) return {};
+  return Trouble(attempted, scanner_.status());
+}
+
+Status ScanJobRun::Home() {
+  if (scanner_.status().homed) return {};
+  RETURN_IF_ERROR(scanner_.OrderHome());
+  RETURN_IF_ERROR(Await("home the axis", Rests, kHomingPatience));
+  if (task_.stop.stop_requested()) return {};
+  return Trouble("home the axis", scanner_.status());
+}
+
+Status ScanJobRun::Arm(ArmRequest request) {
+  RETURN_IF_ERROR(scanner_.OrderArm(std::move(request)));
+  RETURN_IF_ERROR(Await(
+      "arm the scan", [](const ScannerStatus& status) { return status.arm && status.job.empty(); }, kArmPatience));
+  if (task_.stop.stop_requested()) return {};
+  const ScannerStatus status = scanner_.status();
+  RETURN_IF_ERROR(Trouble("arm the scan", status));
+  for (const ArmCheck& check : status.arm->checks) {
+    // What is wrong with the plan is for whoever wrote the profile.
+    if (!check.result && check.name == "plan") {
+      return Fail("plan a scan with profile '" + request_.profile + "'", check.result.error().seen,
+                  "change [profile." + request_.profile + "] of the configuration");
+    }
+    if (!check.result) return check.result;
+  }
+  if (!status.arm->plan_adjusted.empty()) outcome_.adjusted = status.arm->plan_adjusted;
+  return {};
+}
+
+Result<ScanResult> ScanJobRun::Take() {
+  const ScannerStatus before = scanner_.status();
+  waiting_for_ = "press the start key at the booth";
+  RETURN_IF_ERROR(Await(
+      "start the scan",
+      [&](const ScannerStatus& status) {
+        return status.start_presses != before.start_presses || status.state != ScanState::kArmed;
+      },
+      scan_time::kArmedFor + std::chrono::seconds(1)));
+  waiting_for_.clear();
+  const std::uint64_t number = before.scan ? before.scan->number : 0;
+  if (task_.stop.stop_requested()) return ScanResult{};
+  const Status started = scanner_.OrderStart(before.version);
+  if (!started) {
+    RETURN_IF_ERROR(Trouble("start the scan", scanner_.status()));
+    return Fail(started);
+  }
+  const auto ended = [&](const ScannerStatus& status) {
+    return status.scan && status.scan->number > number && Rests(status);
+  };
+  RETURN_IF_ERROR(Await("scan", ended, kScanPatience));
+  // After a stop request too there is a result: of what was taken until then.
+  if (!ended(scanner_.status())) session_.RunUntil(ended, kStopPatience);
+  const ScannerStatus status = scanner_.status();
+  if (!ended(status)) return Fail("scan", "the booth does not come to an end", "press the emergency stop; report this");
+  return *status.scan;
+}
+
+Result<Millimetres> ScanJobRun::FindTop() {
+  ArmRequest search;
+  search.search = true;
+  search.header = Header();
+  RETURN_IF_ERROR(Arm(std::move(search)));
+  if (task_.stop.stop_requested()) return tl::unexpected<Error>(Error{"find the subject's top", "interrupted", ""});
+  const auto found = Take();
+  if (!found) return Fail(found);
+  if (!found->status) return Fail(found->status);
+  if (!found->top) return Fail("find the subject's top", "stopped on request", "start again");
+  return *found->top;
+}
+
+Result<ScanPlan> ScanJobRun::RequestedPlan() {
+  const std::string& name = request_.profile;
+  const auto found = config_.profiles.find(name);
+  const ProfileConfig profile = found != config_.profiles.end() ? found->second : ProfileConfig{};
   const bool built_in = IsBuiltInProfile(name);
   std::optional<Millimetres> height;
   if (profile.find_top || (name == "head" && !profile.z_top_mm)) {
-    const auto top = FindSubjectTop(devices.ring(), devices.axis(), devices.clock(), task);
+    const auto top = FindTop();
     if (!top) return Fail(top);
     height = *top;
   } else if (profile.z_top_mm && name == "head") {
     height = Millimetres(*profile.z_top_mm - kHeadRoomMm);
   }
-  auto plan = built_in || found == config.profiles.end() ? BuiltInPlan(name, height) : OwnPlan(name, profile);
+  auto plan = built_in || found == config_.profiles.end() ? BuiltInPlan(name, height) : OwnPlan(name, profile);
   if (!plan) return plan;
   Override(*plan, profile);
   if (!built_in && height) plan->z_top_mm = height->value() + kHeadRoomMm;
   return plan;
 }
 
-ScanHeader HeaderFor(const Config& config, const ScanRequest& request, const ScanPlan& plan,
-                     const sim::BoothDevices& booth) {
+ScanHeader ScanJobRun::Header() const {
   ScanHeader header;
-  header.station_id = config.station_id;
-  header.source = booth.subject().name();
-  header.subject_id = request.subject_id;
-  header.consent_reference = request.consent_reference;
+  header.station_id = config_.station_id;
+  if (sim::BoothDevices* booth = session_.ground().booth()) {
+    header.source = booth->subject().name();
+    header.seed = config_.sim.seed;
+  }
+  header.subject_id = request_.subject_id;
+  header.consent_reference = request_.consent_reference;
   header.program_version = ProgramVersion();
-  header.ring_radius_mm = config.ring.radius_mm;
-  header.calibration = RingCalibration::Ideal(config.ring.radius_mm);
-  header.profile = request.profile;
-  header.plan_json = PlanJson(plan);
-  header.seed = config.sim.seed;
+  header.ring_radius_mm = config_.ring.radius_mm;
+  header.calibration = RingCalibration::Ideal(config_.ring.radius_mm);
+  header.profile = request_.profile;
   return header;
 }
 
-/// After an error: ends the recording if it holds anything, and says so; else nothing is left.
-Error KeepWhatWasTaken(RecordingWriter& writer, const std::string& path, nanoseconds now, Error error) {
-  const std::uint64_t levels = writer.level_count();
-  if (levels > 0 && writer.AppendEvent(now, "stopped: " + error.seen) && writer.Finish()) {
-    error.advice += "; the " + std::to_string(levels) + " levels taken before are in " + path;
-  } else {
-    writer.Discard();
+Result<ScanOutcome> ScanJobRun::Run() {
+  RETURN_IF_ERROR(AwaitIdle());
+  if (!task_.stop.stop_requested()) RETURN_IF_ERROR(Home());
+  outcome_.summary.cancelled = true;
+  if (task_.stop.stop_requested()) return outcome_;
+  const auto plan = RequestedPlan();
+  if (task_.stop.stop_requested()) return outcome_;
+  if (!plan) return Fail(plan);
+  ArmRequest request;
+  request.plan = *plan;
+  request.out = request_.out;
+  request.header = Header();
+  RETURN_IF_ERROR(Arm(std::move(request)));
+  if (task_.stop.stop_requested()) return outcome_;
+  const auto taken = Take();
+  if (!taken) return Fail(taken);
+  if (!taken->status) {
+    Error error = taken->status.error();
+    if (taken->recorded) {
+      error.advice +=
+          "; the " + std::to_string(taken->summary.levels) + " levels taken before are in " + taken->recording;
+    }
+    return tl::unexpected<Error>(error);
   }
-  return error;
-}
-
-/// The scan itself, from the reasons of the plan to the last level.
-Result<ScanSummary> Take(Devices& devices, const ScanOutcome& outcome, RecordingWriter& writer,
-                         const TaskContext& task) {
-  Clock& clock = devices.clock();
-  RecordingSink sink(writer);
-  for (const std::string& reason : outcome.adjusted) {
-    RETURN_IF_ERROR(sink.AppendEvent(clock.Now(), "plan adjusted: " + reason));
-  }
-  auto summary = RunScan(devices.ring(), devices.axis(), outcome.plan, sink, clock, task);
-  if (summary && writer.level_count() == 0 && !summary->cancelled) {
-    return Fail("scan", "not one level was taken", "check ring and plan");
-  }
-  return summary;
+  outcome_.plan = taken->plan;
+  outcome_.summary = taken->summary;
+  if (taken->number == 0) outcome_.summary.cancelled = true;  // stopped before it was started
+  outcome_.recorded = taken->recorded;
+  return outcome_;
 }
 
 }  // namespace
 
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task) {
-  ENSURE(AllSimulated(config), "the devices are simulated");
-  auto devices = OpenDevices(config, storage);
-  if (!devices) return Fail(devices);
-  const auto wanted = RequestedPlan(config, request.profile, *devices, task);
-  if (!wanted) return Fail(wanted);
-  const PlanCheck check = ValidatePlan(*wanted, devices->axis().identity().limits, devices->ring().limits());
-  if (check.verdict == PlanVerdict::kInvalid) {
-    std::string reasons;
-    for (const std::string& reason : check.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
-    return Fail("plan a scan with profile '" + request.profile + "'", reasons,
-                "change [profile." + request.profile + "] of the configuration");
-  }
-  ScanHeader header = HeaderFor(config, request, check.plan, *devices->ground->booth());
-  header.wall_start_ns = devices->clock().WallNow().count();
-  auto writer = RecordingWriter::Create(storage, request.out, header);
-  if (!writer) return Fail(writer);
-  ScanOutcome outcome{check.plan, check.reasons, {}, false};
-  const auto keep = [&](const Error& error) {
-    return tl::unexpected(KeepWhatWasTaken(*writer, request.out, devices->clock().Now(), error));
-  };
-  const auto summary = Take(*devices, outcome, *writer, task);
-  if (!summary) return keep(summary.error());
-  outcome.summary = *summary;
-  outcome.recorded = writer->level_count() > 0;
-  if (!outcome.recorded) {
-    writer->Discard();
-    return outcome;
-  }
-  const Status finished = writer->Finish();
-  if (!finished) return keep(finished.error());
-  return outcome;
+  PermissiveGate gate;
+  auto session = BoothSession::Open(config, gate, storage);
+  if (!session) return Fail(session);
+  return ScanJobRun(**session, config, request, task).Run();
 }
 
 }  // namespace annulus

@@ -28,10 +28,10 @@ struct ScanOutcome {
   bool recorded = false;  ///< False only if the scan was cancelled before its first level: then there is no file.
 };
 
-/// Runs one scan on the simulated booth of `config` through the drivers of ring and axis, in virtual time: plan (the
-/// head's top is searched for unless the profile gives it) → validate → record. A stop request ends it in order; what
-/// was taken is kept (summary.cancelled). After a device's error too, and the error then says where it is.
-/// Requires a configuration whose ring and axis are simulated.
+/// Runs one scan on the booth of `config`, from the reset button to the recording: home → plan (the head's top is
+/// searched for unless the profile gives it) → arm → start key → scan. On a simulated booth somebody presses the
+/// buttons, and all is in virtual time. A stop request ends it in order; what was taken is kept (summary.cancelled).
+/// After a device's error too, and the error then says where it is.
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task);
 

@@ -31,6 +31,16 @@ inline Scan MakeScan(std::uint32_t levels, std::size_t sensors) {
   header.wall_start_ns = 946'684'800'000'000'001;
   header.calibration = RingCalibration::Ideal(600.1, sensors);
   header.calibration.ring_serial = "R-0042";
+  header.machine.ring_bus = "usb";
+  header.machine.boards = {{1001, 0, 15, 2, "1.2.0"}, {4'294'967'295U, 15, 15, 2, "1.2.\u00b5"}};
+  header.machine.axis_serial = 77;
+  header.machine.axis_protocol_version = 1;
+  header.machine.axis_firmware_version = "3.1";
+  header.machine.axis_z_min_mm = 0.1 + 0.2;
+  header.machine.axis_z_max_mm = 2000.0;
+  header.machine.axis_max_speed_mm_s = 300.0;
+  header.machine.axis_max_acceleration_mm_s2 = 1e-17;
+  header.machine.level_rate_hz = 24.0;
   for (SensorCalibration& sensor : header.calibration.sensors) {
     sensor.radius_mm += number(-0.5, 0.5);
     sensor.range_offset_mm = number(-0.5, 0.5);
@@ -87,7 +97,7 @@ inline bool SameHeader(const ScanHeader& a, const ScanHeader& b) {
          a.subject_id == b.subject_id && a.consent_reference == b.consent_reference &&
          a.program_version == b.program_version && a.ring_radius_mm == b.ring_radius_mm &&
          a.calibration.ring_serial == b.calibration.ring_serial && a.profile == b.profile &&
-         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns;
+         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns && a.machine == b.machine;
 }
 
 inline bool SameLevels(const Scan& a, const Scan& b) {

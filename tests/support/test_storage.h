@@ -21,7 +21,8 @@ enum class StorageFault {
 };
 
 /// A disk in memory that fails where it is told to. Every call of Storage or of its files that may fail counts as one
-/// call: Create, Append, Sync, Reserve, Close, ReadAll, Rename, Remove, CreateFolder. Thread-bound; must outlive its
+/// call: Create, Append, Sync, Reserve, Close, ReadAll, Rename, Remove, CreateFolder,
+/// SyncFolder, List. Thread-bound; must outlive its
 /// files.
 class TestStorage final : public Storage {
  public:
@@ -68,6 +69,18 @@ class TestStorage final : public Storage {
   Result<std::uint64_t> FreeBytes(const std::string& path) override {
     RETURN_IF_ERROR(Call("ask how much room is left for " + path));
     return quota_bytes - std::min(quota_bytes, TotalBytes());
+  }
+  Status SyncFolder(const std::string& path) override { return Call("sync the folder of " + path); }
+  Result<std::vector<std::string>> List(const std::string& folder) override {
+    RETURN_IF_ERROR(Call("list folder " + folder));
+    const std::string start = folder.empty() || folder == "." ? "" : folder + "/";
+    std::vector<std::string> names;
+    for (const auto& [path, content] : files) {
+      if (path.starts_with(start) && path.find('/', start.size()) == std::string::npos) {
+        names.push_back(path.substr(start.size()));
+      }
+    }
+    return names;
   }
 
  private:

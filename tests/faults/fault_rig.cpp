@@ -1,0 +1,335 @@
+#include "tests/faults/fault_rig.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "tests/acquisition/scanner_rig.h"
+
+namespace annulus::faults {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+
+std::string InMs(nanoseconds time) { return std::to_string(time / milliseconds(1)) + " ms"; }
+
+sim::FaultPlan PlanOfRow(const std::string& row) {
+  const std::string path = std::string(ANNULUS_SOURCE_DIR) + "/tests/faults/plans/" + row + ".json";
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  std::stringstream text;
+  text << file.rdbuf();
+  auto plan = sim::ParseFaultPlan(text.str(), path);
+  EXPECT_TRUE(plan) << plan.error().Text();
+  return plan ? *plan : sim::FaultPlan{};
+}
+
+FaultRigOptions FaultRig::Defaults() {
+  FaultRigOptions options;
+  options.booth = ScannerRig::Options();
+  return options;
+}
+
+FaultRigOptions FaultRig::With(const std::string& row) {
+  FaultRigOptions options = Defaults();
+  options.plan = PlanOfRow(row);
+  return options;
+}
+
+std::uint64_t FaultRig::WholeScan() { return ScannerRig::ShortPlan().TotalLevels(); }
+
+FaultRig::FaultRig(FaultRigOptions options)
+    : options_(std::move(options)),
+      booth_(std::move(options_.booth), clock_),
+      link_(booth_.axis_link(), clock_, options_.link) {
+  clock_.Start([this] { Tick(); });
+  ticking_ = false;
+  EXPECT_TRUE(Open());
+}
+
+FaultRig::~FaultRig() {
+  ticking_ = false;
+  EndWorker();
+  scanner_.reset();
+}
+
+testing::AssertionResult FaultRig::Open() {
+  life_ = {};
+  auto ring = MakeUsbRangeRing(booth_.usb_ports(), {}, worker_clock_);
+  if (!ring) return testing::AssertionFailure() << ring.error().Text();
+  ring_ = std::move(*ring);
+  auto axis = MakeModbusScanAxis(watched_link_, {}, worker_clock_);
+  if (!axis) return testing::AssertionFailure() << axis.error().Text();
+  axis_ = std::move(*axis);
+  auto lines = booth_.safety().Request({}, InterlockWiring::Default().Lines());
+  if (!lines) return testing::AssertionFailure() << lines.error().Text();
+  std::unique_ptr<GpioLines> made = std::move(*lines);
+  if (options_.gpio) made = std::make_unique<sim::FaultyGpioLines>(std::move(made), *options_.gpio, clock_);
+  auto interlock = MakeInterlock(std::make_unique<MortalLines>(std::move(made), life_), wall_);
+  if (!interlock) return testing::AssertionFailure() << interlock.error().Text();
+  interlock_ = std::move(*interlock);
+  ScannerOptions scanner_options = options_.scanner;
+  scanner_options.on_level = [this, told = options_.scanner.on_level](const ScanLevel& level) {
+    ++levels_[recording_];
+    if (told) told(level);
+  };
+  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, storage_,
+                                       wall_, std::move(scanner_options));
+  begun_ = scanner_->Begin();
+  watch_.Watch(scanner_.get());
+  ticking_ = true;
+  worker_ = std::make_unique<Baton>([this] { Work(); });
+  return testing::AssertionSuccess();
+}
+
+// --- time ---
+
+void FaultRig::Tick() {
+  const nanoseconds now = clock_.Now();
+  // After a hang the clock's ticks of meanwhile come all at once; a control loop leaves them out.
+  if (now == last_tick_) return;
+  last_tick_ = now;
+  if (on_tick) on_tick();
+  if (hang_ > nanoseconds(0)) {
+    watch_.Interrupted();
+    clock_.SleepUntil(now + std::exchange(hang_, nanoseconds(0)));
+    watch_.Interrupted();
+    last_tick_ = clock_.Now();
+  }
+  watch_.BeforeTick();
+  if (life_.alive && ticking_ && clock_.Now() >= late_until_) {
+    scanner_->Tick();
+    watch_.AfterTick();
+  } else {
+    watch_.WithoutTick();
+  }
+  LookWhetherDone();
+}
+
+void FaultRig::Work() {
+  mortal_.Begin();
+  try {
+    while (life_.alive && life_.worker_alive) {
+      scanner_->Step();
+      LookWhetherDone();
+    }
+  } catch (const WorkerEnded&) {
+    // Its thread is gone, and so is what it was doing.
+  }
+  mortal_.End();
+}
+
+void FaultRig::EndWorker() {
+  life_.worker_alive = false;
+  done_ = {};
+  if (worker_) worker_->Resume();
+  worker_.reset();
+}
+
+void FaultRig::LookWhetherDone() {
+  if (!done_ || !worker_ || !worker_->IsSecond()) return;
+  came_ = done_();
+  if (came_ || clock_.Now() >= patience_ends_) worker_->Yield();
+}
+
+bool FaultRig::RunUntil(const std::function<bool()>& done, nanoseconds patience) {
+  patience_ends_ = clock_.Now() + patience;
+  came_ = done();
+  if (came_) return true;
+  done_ = done;
+  if (worker_ && !worker_->ended()) worker_->Resume();
+  // Without a worker time goes on all the same.
+  while (!came_ && clock_.Now() < patience_ends_) {
+    clock_.SleepUntil(clock_.Now() + milliseconds(10));
+    came_ = done();
+  }
+  done_ = {};
+  return came_;
+}
+
+bool FaultRig::RunUntil(ScanState wanted, nanoseconds patience) {
+  return RunUntil([&] { return state() == wanted; }, patience);
+}
+
+void FaultRig::Pass(nanoseconds time) {
+  const nanoseconds end = clock_.Now() + time;
+  static_cast<void>(RunUntil([&] { return clock_.Now() >= end; }, time + seconds(200)));
+}
+
+// --- people ---
+
+void FaultRig::PressReset() {
+  booth_.safety().PressResetAt(clock_.Now());
+  watch_.Note(HumanAct::kReset);
+}
+
+Status FaultRig::Home() {
+  watch_.Note(HumanAct::kHome);
+  return scanner_->OrderHome();
+}
+
+ArmRequest FaultRig::Request() {
+  ArmRequest request;
+  request.plan = ScannerRig::ShortPlan();
+  request.out = recording_;
+  request.header.station_id = "sim";
+  request.header.ring_radius_mm = 600.0;
+  request.header.calibration = RingCalibration::Ideal(600.0);
+  return request;
+}
+
+Status FaultRig::Arm() { return scanner_->OrderArm(Request()); }
+
+Status FaultRig::Start() {
+  watch_.Note(HumanAct::kStart);
+  return scanner_->OrderStart(scanner_->status().version);
+}
+
+Status FaultRig::Acknowledge(CauseRole role) {
+  watch_.Note(HumanAct::kAcknowledge);
+  return scanner_->Acknowledge(role);
+}
+
+Status FaultRig::Jog(Scanner::JogDirection direction) {
+  watch_.Note(HumanAct::kJog);
+  return scanner_->Jog(direction);
+}
+
+/// One thing that an operator does, looking at the status; then nothing for a while.
+void FaultRig::Act() {
+  if (!life_.alive || clock_.Now() < next_act_) return;
+  const ScannerStatus seen = scanner_->status();
+  next_act_ = clock_.Now() + milliseconds(50);
+  if (!seen.job.empty()) return;
+  switch (seen.state) {
+    case ScanState::kSafe:
+      if (resets_left_ <= 0) return;
+      --resets_left_;
+      PressReset();
+      next_act_ = clock_.Now() + milliseconds(500);
+      return;
+    case ScanState::kIdle:
+      static_cast<void>(seen.homed ? Arm() : Home());
+      return;
+    case ScanState::kArmed:
+      static_cast<void>(Start());
+      return;
+    default:
+      return;
+  }
+}
+
+bool FaultRig::Operate(const std::function<bool()>& done, nanoseconds patience, int resets) {
+  resets_left_ = resets;
+  next_act_ = clock_.Now() + milliseconds(50);
+  return RunUntil(
+      [&] {
+        if (done()) return true;
+        Act();
+        return false;
+      },
+      patience);
+}
+
+bool FaultRig::BringTo(ScanState wanted) {
+  const auto there = [&] { return state() == wanted; };
+  switch (wanted) {
+    case ScanState::kSafe:
+      Pass(milliseconds(50));
+      return there();
+    case ScanState::kIdle:
+    case ScanState::kHoming:
+    case ScanState::kArmed:
+    case ScanState::kScanning:
+      return Operate(there);
+    case ScanState::kStopping:
+      if (!Operate([&] { return levels_[recording_] >= 5; })) return false;
+      return Cancel() && RunUntil(wanted, milliseconds(50));
+    case ScanState::kFault:
+      if (!Operate([&] { return levels_[recording_] >= 5; })) return false;
+      booth_.drive().Suffer({sim::AxisMishapKind::kDriveFault, clock_.Now(), nanoseconds::max(), 0.0, 0x7121});
+      return RunUntil(wanted, seconds(2)) && RunUntil([&] { return status().job.empty(); }, seconds(2));
+    case ScanState::kJog:
+      if (!Operate([&] { return state() == ScanState::kIdle && status().homed && status().job.empty(); })) return false;
+      return Jog(Scanner::JogDirection::kDown) && RunUntil(wanted, milliseconds(50));
+  }
+  return false;
+}
+
+std::string FaultRig::NextScan() {
+  recording_ = "next.mcap";
+  levels_[recording_] = 0;
+  const std::uint64_t before = status().scan ? status().scan->number : 0;
+  // Drop-out times of relays, and a worker that still looks for devices.
+  Pass(milliseconds(700));
+  const nanoseconds end = clock_.Now() + seconds(60);
+  while (state() == ScanState::kSafe || state() == ScanState::kFault || state() == ScanState::kStopping) {
+    if (clock_.Now() >= end) return "the fault could not be ended: " + Told();
+    if (state() == ScanState::kFault) static_cast<void>(Acknowledge(CauseRole::kService));
+    if (state() == ScanState::kSafe) {
+      static_cast<void>(Acknowledge(CauseRole::kService));
+      Pass(milliseconds(50));
+      PressReset();
+    }
+    Pass(milliseconds(600));
+  }
+  const auto ended = [&] {
+    const ScannerStatus seen = status();
+    return seen.scan && seen.scan->number > before && seen.state != ScanState::kScanning &&
+           seen.state != ScanState::kStopping;
+  };
+  if (!Operate(ended, seconds(60), 0)) return "the next scan did not end: " + Told();
+  const ScanResult scan = *status().scan;
+  if (!scan.status || !scan.complete) return "the next scan failed: " + Told();
+  const auto file = ReadWholeRecording(storage_, recording_);
+  if (!file) return file.error().Text();
+  if (!file->report.clean() || file->scan.levels.size() != WholeScan()) return "the next scan's file is not whole";
+  return "";
+}
+
+// --- the host ---
+
+void FaultRig::HangWorkerFirst(nanoseconds time) {
+  // The control thread is scheduled a few milliseconds after the worker.
+  mortal_.Stall(time, [this, time] {
+    watch_.Interrupted();
+    late_until_ = clock_.Now() + time + milliseconds(5);
+  });
+}
+
+void FaultRig::Kill() {
+  life_.alive = false;
+  watch_.Interrupted();
+}
+
+testing::AssertionResult FaultRig::Restart() {
+  watch_.Watch(nullptr);
+  ticking_ = false;
+  EndWorker();
+  scanner_.reset();
+  interlock_.reset();
+  axis_.reset();
+  ring_.reset();
+  return Open();
+}
+
+std::string FaultRig::Told() const {
+  const ScannerStatus seen = scanner_->status();
+  std::string text =
+      std::string(ScanStateText(seen.state)) + ", job '" + seen.job + "', held by '" + seen.held_by + "'";
+  for (const ScanCause& cause : seen.causes) text += "\n  " + std::string(TraitsOf(cause.code).name) + ": " + cause.text;
+  for (const InterlockNotice& notice : seen.chain) text += "\n  chain: " + notice.text;
+  for (const std::string& warning : seen.warnings) text += "\n  warning: " + warning;
+  if (seen.arm) {
+    for (const ArmCheck& check : seen.arm->checks) {
+      if (!check.result) text += "\n  " + check.name + ": " + check.result.error().Text();
+    }
+  }
+  if (seen.scan && !seen.scan->status) text += "\n  scan: " + seen.scan->status.error().Text();
+  return text + watch_.Text();
+}
+
+}  // namespace annulus::faults
