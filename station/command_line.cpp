@@ -12,6 +12,9 @@
 #include "station/commands.h"
 
 namespace annulus {
+
+void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
+
 namespace {
 
 constexpr int kFailed = 1;
@@ -23,13 +26,12 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 12> kLater{{{"calibrate", "solve for the ring's geometry and offsets"},
+constexpr std::array<LaterCommand, 11> kLater{{{"calibrate", "solve for the ring's geometry and offsets"},
                                                {"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
                                                {"flatten", "flat patterns"},
                                                {"wrinkly", "wrinkly surfaces"},
                                                {"convert", "other file formats"},
-                                               {"boothd", "the process that owns the devices"},
                                                {"serve", "the operator's console"},
                                                {"store", "customers, scans and their files"},
                                                {"rebuild", "derive everything again from recordings"},
@@ -102,7 +104,8 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
        {AddDemoCommand,    AddScanCommand,    AddReplayCommand,   AddImportCommand,    AddExportCommand,
         AddInspectCommand, AddRecoverCommand, AddFitCommand,      AddEvalCommand,      AddSectionCommand,
         AddSlabCommand,    AddRegionCommand,  AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
-        AddCompareCommand, AddGlassesCommand, AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand}) {
+        AddCompareCommand, AddGlassesCommand, AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
+        AddBoothdCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);
