@@ -53,7 +53,10 @@ std::optional<SubjectHit> ClothedSubject::CastVisor(const Ray& ray, double max_d
 }
 
 std::optional<SubjectHit> ClothedSubject::Cast(const Ray& ray, double time_s, double max_distance_mm) const {
-  std::optional<SubjectHit> hit = bare_->Cast(ray, time_s, max_distance_mm);
+  // What is worn may be within reach though the skin below it is not.
+  const double deepest = std::max(cap_ ? cap_->thickness_mm : 0.0,
+                                  clothing_ ? clothing_->ease_mm + clothing_->fold_mm : 0.0);
+  std::optional<SubjectHit> hit = bare_->Cast(ray, time_s, max_distance_mm + deepest);
   if (hit) {
     const Eigen::Vector3d p = ray.origin + hit->distance_mm * ray.direction;
     if (clothing_) hit->distance_mm = std::max(0.0, hit->distance_mm - ClothAt(p, time_s));
@@ -62,6 +65,7 @@ std::optional<SubjectHit> ClothedSubject::Cast(const Ray& ray, double time_s, do
       hit->reflectance *= 0.7;
     }
   }
+  if (hit && hit->distance_mm > max_distance_mm) hit.reset();
   if (!cap_ || cap_->visor_mm <= 0.0) return hit;
   const std::optional<SubjectHit> visor = CastVisor(ray, hit ? hit->distance_mm : max_distance_mm);
   return visor ? visor : hit;
