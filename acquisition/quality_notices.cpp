@@ -99,6 +99,9 @@ void NoticeFinder::FindPerson() {
 }
 
 void NoticeFinder::FindMotion() {
+  const Flutter flutter = MeasureFlutter(grid_, compared_, quality_.noise_sigma_mm);
+  constexpr double kMuchFlutter = 0.10;  // of the surface
+  const bool flutters = flutter.share >= kMuchFlutter;
   const char* const stand =
       "ask the person to stand on the marks, hold the grips and look at one point, then scan again";
   auto moved = FindMoved(grid_, compared_);
@@ -111,7 +114,7 @@ void NoticeFinder::FindMotion() {
     return;
   }
   constexpr double kMuch = 3.0;  // mm: below it girths, depths and lengths are within their class limits anyway
-  if (quality_.motion && quality_.motion->largest_mm >= kMuch) {
+  if (!flutters && quality_.motion && quality_.motion->largest_mm >= kMuch) {
     Add({NoticeCode::kSwayed, QualityVerdict::kUsable, AllRound(low_, high_), quality_.motion->largest_mm, "mm",
          "the person swayed by up to " + Format("%.0f mm", quality_.motion->largest_mm) +
              " between the sweeps: lengths and depths get a wider interval",
@@ -128,9 +131,7 @@ void NoticeFinder::FindMotion() {
          "something is there in one sweep and not in another, " + RegionText(*largest) + ": an arm?",
          "ask the person to keep the arms where they are, and nobody else to reach into the ring; then scan again"});
   }
-  const Flutter flutter = MeasureFlutter(grid_, compared_, quality_.noise_sigma_mm);
-  constexpr double kMuchFlutter = 0.10;  // of the surface
-  if (flutter.share >= kMuchFlutter) {
+  if (flutters) {
     Add({NoticeCode::kLooseClothing, QualityVerdict::kRepeat, AllRound(flutter.z_min, flutter.z_max), flutter.sigma_mm,
          "mm",
          "the surface changes by " + Format("%.1f mm", flutter.sigma_mm) + " (sd) between sweeps, " +
@@ -309,7 +310,7 @@ std::vector<ChangedParts> FindChangedParts(const QualityGrid& grid, const std::v
 Flutter MeasureFlutter(const QualityGrid& grid, const std::vector<ComparedLevel>& compared, double noise_sigma_mm) {
   constexpr double kBlockHeight = 50.0;
   constexpr std::size_t kBlockColumns = 20;
-  constexpr double kCloth = 2.0;  // mm, sd of one sweep
+  const double cloth = std::max(2.0, 1.5 * noise_sigma_mm);  // mm, sd of one sweep
   std::map<std::pair<long, std::size_t>, std::vector<double>> blocks;
   for (const ComparedLevel& level : compared) {
     if (level.shift.points == 0) continue;
@@ -329,7 +330,7 @@ Flutter MeasureFlutter(const QualityGrid& grid, const std::vector<ComparedLevel>
     ++judged;
     const double both = 1.4826 * MedianOf(residuals);
     const double sigma = std::sqrt(std::max(0.0, 0.5 * both * both - noise_sigma_mm * noise_sigma_mm));
-    if (sigma < kCloth) continue;
+    if (sigma < cloth) continue;
     sigmas.push_back(sigma);
     flutter.z_min = std::min(flutter.z_min, static_cast<double>(place.first) * kBlockHeight);
     flutter.z_max = std::max(flutter.z_max, static_cast<double>(place.first + 1) * kBlockHeight);

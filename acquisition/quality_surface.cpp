@@ -95,10 +95,12 @@ SweepImage::SweepImage(const QualityGrid& grid) : columns_(grid.columns()), step
 }
 
 double SweepImage::Crown() const {
+  bool above = false;  // the scan began in the air
   for (std::size_t row = rows(); row-- > 0;) {
     std::size_t seen = 0;
     for (std::size_t c = 0; c < columns_; ++c) seen += std::isnan(At(row, c)) ? 0 : 1;
-    if (10 * seen >= 9 * columns_) return Z(row);
+    above = above || 10 * seen <= columns_;
+    if (10 * seen >= 9 * columns_) return above ? Z(row) : std::numeric_limits<double>::quiet_NaN();
   }
   return std::numeric_limits<double>::quiet_NaN();
 }
@@ -155,9 +157,9 @@ RoughScalp MeasureScalp(const QualityGrid& grid, const SweepImage& image, double
   const double crown = image.Crown();
   if (image.rows() < 10 || std::isnan(crown)) return scalp;
   constexpr double kBlockHeight = 20.0;
-  constexpr std::size_t kBlocks = 18;  // around
-  constexpr double kRough = 0.5;       // mm
-  constexpr double kDepth = 80.0;      // mm below the crown that are scalp all round
+  constexpr std::size_t kBlocks = 6;                         // around
+  const double least = std::max(0.5, 0.5 * noise_sigma_mm);  // mm; below it chance plays a part
+  constexpr double kDepth = 80.0;                            // mm below the crown that are scalp all round
   const std::size_t width = image.columns() / kBlocks;
   if (width < 5) return scalp;
   std::size_t blocks = 0;
@@ -172,21 +174,20 @@ RoughScalp MeasureScalp(const QualityGrid& grid, const SweepImage& image, double
           const std::size_t c = block * width + k;
           const std::size_t left = (c + image.columns() - 1) % image.columns();
           const std::size_t right = (c + 1) % image.columns();
-          const double difference = image.At(row, left) - 2.0F * image.At(row, c) + image.At(row, right);
+          // The readings themselves: on steep ground the image's median takes no noise away.
+          const std::size_t level = image.Level(row);
+          const double difference = grid.Radius(level, left) - 2.0F * grid.Radius(level, c) + grid.Radius(level, right);
           if (std::isnan(difference)) continue;
           differences.push_back(std::abs(difference));
-          variance += 255.0 / std::max(5.0, static_cast<double>(grid.Quality(image.Level(row), c)));
+          variance += 255.0 / std::max(5.0, static_cast<double>(grid.Quality(level, c)));
         }
       });
       if (differences.size() < 10) continue;
       ++blocks;
-      // The median of five has 0.287, that of three 0.449 of the variance of one (Kendall and Stuart, 14.6).
-      const double of_median = image.pitch() <= kFinePitch ? 0.287 : 0.449;
-      const double noise =
-          of_median * noise_sigma_mm * noise_sigma_mm * variance / static_cast<double>(differences.size());
+      const double noise = noise_sigma_mm * noise_sigma_mm * variance / static_cast<double>(differences.size());
       const double second = MedianOf(differences) / 0.6744897501960817;
       const double roughness = std::sqrt(std::max(0.0, second * second / 6.0 - noise));
-      if (roughness < kRough) continue;
+      if (roughness < least) continue;
       rough.push_back(roughness);
       const double theta = (static_cast<double>(block) + 0.5) * kTwoPi / kBlocks;
       bounds.Add(theta, top);

@@ -23,7 +23,7 @@ class SweepImage {
   [[nodiscard]] float At(std::size_t row, std::size_t column) const { return radius_[row * columns_ + column]; }
   /// The level of a row, in the grid.
   [[nodiscard]] std::size_t Level(std::size_t row) const { return levels_[row]; }
-  /// Height of the highest row that sees all round, mm; NaN without one.
+  /// Height of the highest row that sees all round, mm; NaN without one, or if no air was scanned above it.
   [[nodiscard]] double Crown() const;
 
  private:
