@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 namespace annulus {
 namespace {
@@ -155,6 +156,14 @@ std::vector<float> ResidualsOf(std::span<const float> radii, std::span<const flo
   return residual;
 }
 
+/// Mean without the largest twentieth: levels in which an arm moved are none of the person's sway. Reorders.
+double TrimmedMean(std::vector<double>& values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t kept = std::max<std::size_t>(1, values.size() - values.size() / 20);
+  return std::accumulate(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept), 0.0) /
+         static_cast<double>(kept);
+}
+
 /// Lag at which the autocorrelation of a curve has fallen to exp(-1/2): the length of a Gaussian covariance.
 double CorrelationLength(const std::vector<std::pair<double, Eigen::Vector2d>>& curve) {
   constexpr double kBin = 20.0;  // mm
@@ -259,16 +268,16 @@ std::optional<MotionQuality> MotionOf(const QualityGrid& grid, const std::vector
   constexpr std::size_t kFewestLevels = 10;
   std::map<std::uint16_t, std::vector<std::pair<double, Eigen::Vector2d>>> curves;
   MotionQuality motion;
-  std::vector<float> x_squares;
-  std::vector<float> y_squares;
+  std::vector<double> x_squares;
+  std::vector<double> y_squares;
   std::vector<double> sizes;
   std::vector<double> yaws;
   for (const ComparedLevel& level : compared) {
     if (level.shift.points == 0) continue;
     const QualityGrid::Level& at = grid.levels()[level.level];
     curves[at.sweep].emplace_back(at.z, Eigen::Vector2d(level.shift.x, level.shift.y));
-    motion.sigma_x_mm += level.shift.x * level.shift.x;
-    motion.sigma_y_mm += level.shift.y * level.shift.y;
+    x_squares.push_back(level.shift.x * level.shift.x);
+    y_squares.push_back(level.shift.y * level.shift.y);
     sizes.push_back(ShiftOf(level));
     yaws.push_back(std::abs(level.shift.yaw));
     ++motion.levels;
@@ -277,9 +286,8 @@ std::optional<MotionQuality> MotionOf(const QualityGrid& grid, const std::vector
   // A difference of two sweeps has twice the variance of one; a surface through all of them the variance of one over
   // their number.
   const double sweeps = 1.0 + static_cast<double>(curves.size());
-  const double share = 0.5 / sweeps / static_cast<double>(motion.levels);
-  motion.sigma_x_mm = std::sqrt(motion.sigma_x_mm * share);
-  motion.sigma_y_mm = std::sqrt(motion.sigma_y_mm * share);
+  motion.sigma_x_mm = std::sqrt(0.5 / sweeps * TrimmedMean(x_squares));
+  motion.sigma_y_mm = std::sqrt(0.5 / sweeps * TrimmedMean(y_squares));
   // The largest that is no chance: one in twenty levels moved further.
   const auto high = [](std::vector<double>& values) {
     const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 19 / 20);

@@ -100,13 +100,10 @@ void NoticeFinder::FindPerson() {
 
 void NoticeFinder::FindMotion() {
   const Flutter flutter = MeasureFlutter(grid_, compared_, quality_.noise_sigma_mm);
-  constexpr double kMuchFlutter = 0.10;  // of the surface
   const bool flutters = flutter.share >= kMuchFlutter;
   const char* const stand =
       "ask the person to stand on the marks, hold the grips and look at one point, then scan again";
-  auto moved = FindMoved(grid_, compared_);
-  if (!moved) moved = FindJump(grid_);
-  if (moved) {
+  if (const auto moved = FindMoved(grid_, compared_)) {
     Add({NoticeCode::kMoved, QualityVerdict::kRepeat, AllRound(moved->z_min, moved->z_max), moved->shift_mm, "mm",
          "the person moved by about " + Format("%.0f mm", moved->shift_mm) + ", first seen " +
              Format("%.1f s", moved->time_s) + " after the start",
@@ -366,11 +363,6 @@ std::optional<MovedSpan> FindMoved(const QualityGrid& grid, const std::vector<Co
   span.levels = shifts.size();
   span.shift_mm = MedianOf(shifts);
   return span;
-}
-
-std::optional<MovedSpan> FindJump(const QualityGrid& grid) {
-  static_cast<void>(grid);
-  return std::nullopt;
 }
 
 std::vector<QualityNotice> FindNotices(const QualityGrid& grid, const std::vector<ComparedLevel>& compared,

@@ -12,7 +12,7 @@ namespace annulus {
 struct LeftAt {
   std::size_t level = 0;
 };
-/// Nobody there over `least_mm` of height: where the first sweep had seen a body, or in the first sweep where a body
+/// Nobody there over some levels: where the first sweep had seen a body, or in the first sweep where a body
 /// of some size had just been seen and nothing follows.
 [[nodiscard]] std::optional<LeftAt> FindLeft(const QualityGrid& grid);
 
@@ -31,6 +31,7 @@ struct Flutter {
   double sigma_mm = 0.0;  ///< Of one sweep, median over these blocks.
   double z_min = 0.0, z_max = 0.0;
 };
+inline constexpr double kMuchFlutter = 0.10;  ///< Share from which it is told.
 [[nodiscard]] Flutter MeasureFlutter(const QualityGrid& grid, const std::vector<ComparedLevel>& compared,
                                      double noise_sigma_mm);
 
@@ -42,9 +43,6 @@ struct MovedSpan {
   double time_s = 0.0;  ///< First seen so.
 };
 [[nodiscard]] std::optional<MovedSpan> FindMoved(const QualityGrid& grid, const std::vector<ComparedLevel>& compared);
-
-/// A jump of the whole section within one sweep, mm; 0 without one.
-[[nodiscard]] std::optional<MovedSpan> FindJump(const QualityGrid& grid);
 
 /// All notices of a scan, the gravest first. `quality` has everything but notices and verdict; its map learns what is
 /// doubtful.

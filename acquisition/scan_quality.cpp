@@ -9,6 +9,7 @@
 #include "acquisition/quality_motion.h"
 #include "acquisition/quality_notices.h"
 #include "acquisition/quality_sensors.h"
+#include "acquisition/quality_weights.h"
 
 namespace annulus {
 namespace {
@@ -124,18 +125,31 @@ ScanQuality QualityMonitor::Assess() const {
   return quality;
 }
 
-std::vector<float> QualityMonitor::Weights() const { return {}; }
-
-ScanQuality AssessScan(const Scan& scan) {
-  QualityMonitor monitor(scan.header);
-  for (const ScanLevel& level : scan.levels) monitor.Add(level);
-  return monitor.Assess();
+std::vector<float> QualityMonitor::Weights() const {
+  if (!state_->judged()) return {};
+  std::vector<float> weights = WeightsOf(state_->grid, state_->watch, EstimateNoise(state_->grid));
+  // Levels that came after the last one kept are as they are.
+  if (!weights.empty()) weights.resize(state_->levels * state_->grid.columns(), 1.0F);
+  return weights;
 }
 
-std::vector<float> QualityWeights(const Scan& scan) {
+std::optional<MotionQuality> QualityMonitor::Motion() const {
+  if (!state_->judged() || FindLeft(state_->grid)) return std::nullopt;
+  return MotionOf(state_->grid, CompareSweeps(state_->grid));
+}
+
+namespace {
+
+QualityMonitor Watched(const Scan& scan) {
   QualityMonitor monitor(scan.header);
   for (const ScanLevel& level : scan.levels) monitor.Add(level);
-  return monitor.Weights();
+  return monitor;
 }
+
+}  // namespace
+
+ScanQuality AssessScan(const Scan& scan) { return Watched(scan).Assess(); }
+std::vector<float> QualityWeights(const Scan& scan) { return Watched(scan).Weights(); }
+std::optional<MotionQuality> MeasureMotion(const Scan& scan) { return Watched(scan).Motion(); }
 
 }  // namespace annulus

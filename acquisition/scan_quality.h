@@ -88,8 +88,8 @@ struct MotionQuality {
   double sigma_x_mm = 0.0;             ///< sd of one level's displacement sideways.
   double sigma_y_mm = 0.0;             ///< Front-back.
   double correlation_length_mm = 0.0;  ///< Along z, as in SwayErrors; > 0.
-  double largest_mm = 0.0;             ///< Largest displacement of a level against the first sweep.
-  double largest_yaw_rad = 0.0;        ///< Largest turn; of round sections nothing is said.
+  double largest_mm = 0.0;             ///< Displacement against the first sweep that one level in twenty exceeds.
+  double largest_yaw_rad = 0.0;        ///< The same of the turn; round sections do not show theirs.
   std::size_t levels = 0;              ///< That were compared.
 };
 
@@ -138,7 +138,6 @@ struct LiveQuality {
   std::vector<std::size_t> dead;   ///< Sensors, ascending.
   std::vector<std::size_t> stuck;  ///< Sensors, ascending.
   bool left = false;               ///< Nobody is in the ring any more.
-  double moved_mm = 0.0;           ///< Largest displacement of a level against the first sweep so far.
 };
 
 /// Watches a scan while it is taken. Bounded memory: five bytes per reading of at most kMostLevels levels; what comes
@@ -162,6 +161,8 @@ class QualityMonitor {
   /// A factor on the weight of every reading, level by level and sensor by sensor; empty if all are 1. Stuck sensors
   /// and what was elsewhere in other sweeps get 0, fluttering cloth and a person who has moved less than 1.
   [[nodiscard]] std::vector<float> Weights() const;
+  /// How the person moved between the sweeps, as in ScanQuality; nothing if the person left.
+  [[nodiscard]] std::optional<MotionQuality> Motion() const;
 
  private:
   struct State;
@@ -172,6 +173,8 @@ class QualityMonitor {
 [[nodiscard]] ScanQuality AssessScan(const Scan& scan);
 /// QualityMonitor::Weights of a whole scan: what BuildSamples multiplies the return quality by.
 [[nodiscard]] std::vector<float> QualityWeights(const Scan& scan);
+/// QualityMonitor::Motion of a whole scan.
+[[nodiscard]] std::optional<MotionQuality> MeasureMotion(const Scan& scan);
 
 /// The quality as a JSON object (docs/formats.md), without the map.
 [[nodiscard]] std::string JsonFromQuality(const ScanQuality& quality);
