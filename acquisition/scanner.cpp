@@ -222,6 +222,7 @@ ScannerStatus Scanner::State::Report() const {
   status.total = total;
   status.z_mm = position.z.value();
   status.start_presses = start_presses;
+  status.quality = live;
   status.arm = arm_report;
   status.scan = result;
   status.longest_tick = longest_tick;

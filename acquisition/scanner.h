@@ -13,6 +13,7 @@
 #include "acquisition/recording.h"
 #include "acquisition/scan_gate.h"
 #include "acquisition/scan_machine.h"
+#include "acquisition/scan_quality.h"
 #include "acquisition/scan_run.h"
 #include "base/clock.h"
 #include "base/result.h"
@@ -50,10 +51,11 @@ struct ScanResult {
   Status status;             ///< An error if it did not come to its end, except by Cancel.
   ScanPlan plan;
   ScanSummary summary;
-  bool complete = false;           ///< Every level of the plan, durable (I10).
-  bool recorded = false;           ///< There is a file.
-  std::string recording;           ///< Its path; of an interrupted scan, too.
-  std::optional<Millimetres> top;  ///< Of a search.
+  bool complete = false;               ///< Every level of the plan, durable (I10).
+  bool recorded = false;               ///< There is a file.
+  std::string recording;               ///< Its path; of an interrupted scan, too.
+  std::optional<Millimetres> top;      ///< Of a search.
+  std::optional<ScanQuality> quality;  ///< Of a scan that was recorded.
 };
 
 /// What anybody may know.
@@ -71,6 +73,7 @@ struct ScannerStatus {
   double total = 0.0;
   std::uint64_t start_presses = 0;           ///< Of the start key at the booth, since the program started.
   double z_mm = 0.0;                         ///< Carriage; meaningless unless homed.
+  std::optional<LiveQuality> quality;        ///< Of the scan that runs, level by level.
   std::optional<ArmReport> arm;              ///< Of the last order to arm.
   std::optional<ScanResult> scan;            ///< The last one that ended.
   std::chrono::nanoseconds longest_tick{0};  ///< Between two ticks, since the start.

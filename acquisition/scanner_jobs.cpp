@@ -356,6 +356,7 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   auto made = RecordingWriter::Create(storage, armed.out, header, recording);
   if (!made) return Fail(made);
   writer = std::move(*made);
+  quality.emplace(header);
   {
     const std::scoped_lock lock(mutex);
     notes.clear();
@@ -457,6 +458,8 @@ void Scanner::State::EndRecording(ScanResult& ended) {
   if (!ended.status) {
     static_cast<void>(writer->AppendEvent(devices.clock.Now(), "stopped: " + ended.status.error().seen));
   }
+  ended.quality = quality->Assess();
+  static_cast<void>(writer->AppendEvent(devices.clock.Now(), "quality: " + JsonFromQuality(*ended.quality)));
   const Status finished = writer->Finish();
   ended.recorded = true;
   if (finished) {
@@ -488,7 +491,23 @@ Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(writer->AppendLevel(level));
   if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
-  return {};
+  return JudgeQuality(level);
+}
+
+Status Scanner::State::JudgeQuality(const ScanLevel& level) {
+  quality->Add(level);
+  const LiveQuality now = quality->live();
+  {
+    const std::scoped_lock lock(mutex);
+    live = now;
+  }
+  if (now.sensors_verdict != SensorsVerdict::kRefuse) return {};
+  std::string dead;
+  for (const std::size_t sensor : now.dead) dead += (dead.empty() ? "" : ", ") + std::to_string(sensor);
+  const Error error{"scan", "too many sensors see nothing: " + dead,
+                    "clean their windows; if that does not help, have the boards looked at"};
+  Fault({CauseCode::kSensorsDead, error.seen, error.advice, devices.clock.Now()});
+  return tl::unexpected<Error>(error);
 }
 
 Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return writer->AppendAxis(time, z_mm); }

@@ -76,6 +76,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Search();
   void Conclude(Result<ScanSummary> summary);
   void EndRecording(ScanResult& result);
+  /// Looks at what the sensors see; an Error if too many see nothing.
+  Status JudgeQuality(const ScanLevel& level);
   Status Jog();
   void Recover();
   Status ReopenDevices(std::chrono::nanoseconds patience);
@@ -136,6 +138,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::optional<ArmReport> arm_report;
   std::chrono::nanoseconds armed_longest{0};  ///< What is armed must be over so long after its start.
   std::optional<ScanResult> result;
+  std::optional<LiveQuality> live;  ///< Of the scan that runs.
   std::deque<std::pair<std::chrono::nanoseconds, std::string>> notes;
   std::deque<SafetyLines> lines_log;
   std::optional<std::chrono::nanoseconds> beat;  ///< The worker's last sign of life.
@@ -157,6 +160,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   // Worker thread only.
   std::stop_token job_stop_token;
   std::optional<RecordingWriter> writer;
+  std::optional<QualityMonitor> quality;  ///< Of the armed or running scan.
   ArmRequest armed;
   ScanPlan plan;
   std::uint64_t scan_number = 0;

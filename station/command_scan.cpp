@@ -31,7 +31,8 @@ struct ScanOptions {
 
 Json OutcomeToJson(const ScanOutcome& outcome, const std::string& recording) {
   const ScanSummary& s = outcome.summary;
-  return {{"recording", recording},
+  return {{"quality", outcome.quality ? Json::parse(JsonFromQuality(*outcome.quality)) : Json()},
+          {"recording", recording},
           {"cancelled", s.cancelled},
           {"plan", Json::parse(PlanJson(outcome.plan))},
           {"adjusted", outcome.adjusted},
@@ -50,7 +51,9 @@ Json OutcomeToJson(const ScanOutcome& outcome, const std::string& recording) {
 std::string OutcomeToText(const ScanOutcome& outcome, const std::string& recording) {
   std::string text;
   for (const std::string& reason : outcome.adjusted) text += "plan adjusted: " + reason + "\n";
-  return text + outcome.summary.BriefReport() + "\n" + "recording: " + recording + "\n";
+  text += outcome.summary.BriefReport() + "\n";
+  if (outcome.quality) text += TextFromQuality(*outcome.quality);
+  return text + "recording: " + recording + "\n";
 }
 
 /// A person stands in a real booth: who, and with what consent, belongs to the scan.

@@ -5,6 +5,7 @@
 
 #include "station/booth_session.h"
 #include "station/command_line.h"
+#include "station/profile_plan.h"
 
 namespace annulus {
 namespace {
@@ -16,41 +17,6 @@ constexpr std::chrono::seconds kHomingPatience{120};
 constexpr std::chrono::seconds kArmPatience{30};
 constexpr std::chrono::minutes kScanPatience{10};
 constexpr std::chrono::seconds kStopPatience{10};
-constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
-
-bool IsBuiltInProfile(const std::string& name) {
-  return name == "body" || name == "torso" || name == "head" || name == "breath";
-}
-
-/// A profile that only the configuration knows starts from nothing: all its lengths must be given.
-Result<ScanPlan> OwnPlan(const std::string& name, const ProfileConfig& profile) {
-  std::string missing;
-  const auto need = [&](const std::optional<double>& value, const char* key) {
-    if (!value) missing += (missing.empty() ? "" : ", ") + std::string(key);
-  };
-  if (!profile.find_top) need(profile.z_top_mm, "z_top_mm");
-  need(profile.z_bottom_mm, "z_bottom_mm");
-  need(profile.pitch_mm, "pitch_mm");
-  need(profile.speed_mm_s, "speed_mm_s");
-  if (!missing.empty()) {
-    return Fail("plan a scan with profile '" + name + "'", "[profile." + name + "] has no " + missing,
-                "add it to the configuration");
-  }
-  ScanPlan plan;
-  plan.profile = name;
-  plan.level_rate_hz = *profile.speed_mm_s > 0.0 ? *profile.speed_mm_s / *profile.pitch_mm : 30.0;
-  plan.dwell_s = 20.0;  // of a parked ring
-  return plan;
-}
-
-void Override(ScanPlan& plan, const ProfileConfig& profile) {
-  if (profile.z_top_mm) plan.z_top_mm = *profile.z_top_mm;
-  if (profile.z_bottom_mm) plan.z_bottom_mm = *profile.z_bottom_mm;
-  if (profile.pitch_mm) plan.pitch_mm = *profile.pitch_mm;
-  if (profile.speed_mm_s) plan.speed_mm_s = *profile.speed_mm_s;
-  if (profile.sweeps) plan.sweeps = *profile.sweeps;
-  if (profile.level_rate_hz) plan.level_rate_hz = *profile.level_rate_hz;
-}
 
 /// Runs one scan on a booth session, state by state.
 class ScanJobRun {
@@ -208,23 +174,13 @@ Result<Millimetres> ScanJobRun::FindTop() {
 }
 
 Result<ScanPlan> ScanJobRun::RequestedPlan() {
-  const std::string& name = request_.profile;
-  const auto found = config_.profiles.find(name);
-  const ProfileConfig profile = found != config_.profiles.end() ? found->second : ProfileConfig{};
-  const bool built_in = IsBuiltInProfile(name);
   std::optional<Millimetres> height;
-  if (profile.find_top || (name == "head" && !profile.z_top_mm)) {
+  if (NeedsTop(config_, request_.profile)) {
     const auto top = FindTop();
     if (!top) return Fail(top);
     height = *top;
-  } else if (profile.z_top_mm && name == "head") {
-    height = Millimetres(*profile.z_top_mm - kHeadRoomMm);
   }
-  auto plan = built_in || found == config_.profiles.end() ? BuiltInPlan(name, height) : OwnPlan(name, profile);
-  if (!plan) return plan;
-  Override(*plan, profile);
-  if (!built_in && height) plan->z_top_mm = height->value() + kHeadRoomMm;
-  return plan;
+  return PlanOfProfile(config_, request_.profile, height);
 }
 
 ScanHeader ScanJobRun::Header() const {
@@ -272,6 +228,7 @@ Result<ScanOutcome> ScanJobRun::Run() {
   outcome_.summary = taken->summary;
   if (taken->number == 0) outcome_.summary.cancelled = true;  // stopped before it was started
   outcome_.recorded = taken->recorded;
+  outcome_.quality = taken->quality;
   return outcome_;
 }
 

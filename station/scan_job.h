@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "acquisition/scan_plan.h"
+#include "acquisition/scan_quality.h"
 #include "acquisition/scan_run.h"
 #include "base/progress.h"
 #include "base/result.h"
@@ -25,6 +27,7 @@ struct ScanOutcome {
   ScanPlan plan;                      ///< What was carried out.
   std::vector<std::string> adjusted;  ///< Why it is not what was asked for; empty if it is.
   ScanSummary summary;
+  std::optional<ScanQuality> quality;  ///< What the scan is good for; nothing if nothing was recorded.
   bool recorded = false;  ///< False only if the scan was cancelled before its first level: then there is no file.
 };
 
