@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "acquisition/quality_notices.h"
+#include "acquisition/quality_weights.h"
 
 namespace annulus {
 namespace {
@@ -101,7 +102,7 @@ void LowerFluttering(const QualityGrid& grid, const std::vector<ComparedLevel>& 
 
 }  // namespace
 
-std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, double noise_sigma_mm) {
+std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch) {
   WeightTable weights(grid);
   for (std::size_t c = 0; c < grid.columns(); ++c) {
     for (const auto& [from, to] : watch.StuckSpans(c)) {
@@ -112,7 +113,7 @@ std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, 
   if (!compared.empty() && !FindLeft(grid)) {
     LeaveOutChanged(grid, compared, weights);
     LowerMoved(grid, compared, weights);
-    LowerFluttering(grid, compared, noise_sigma_mm, weights);
+    LowerFluttering(grid, compared, EstimateNoise(grid), weights);
   }
   return weights.Take();
 }

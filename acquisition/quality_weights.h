@@ -9,6 +9,6 @@ namespace annulus {
 
 /// A factor on the weight of every reading, level by level and sensor by sensor, as QualityMonitor::Weights; empty if
 /// nothing is amiss.
-[[nodiscard]] std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, double noise_sigma_mm);
+[[nodiscard]] std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch);
 
 }  // namespace annulus

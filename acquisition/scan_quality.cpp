@@ -127,7 +127,7 @@ ScanQuality QualityMonitor::Assess() const {
 
 std::vector<float> QualityMonitor::Weights() const {
   if (!state_->judged()) return {};
-  std::vector<float> weights = WeightsOf(state_->grid, state_->watch, EstimateNoise(state_->grid));
+  std::vector<float> weights = WeightsOf(state_->grid, state_->watch);
   // Levels that came after the last one kept are as they are.
   if (!weights.empty()) weights.resize(state_->levels * state_->grid.columns(), 1.0F);
   return weights;

@@ -5,10 +5,12 @@
 
 #include "acquisition/csv_scan.h"
 #include "acquisition/recording.h"
+#include "acquisition/scan_quality.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/model_json.h"
 #include "station/commands.h"
 #include "station/files.h"
+#include "station/quality_picture.h"
 
 namespace annulus {
 namespace {
@@ -51,7 +53,7 @@ Status Export(const ExportOptions& options, CommandIo& io) {
 
 using Json = nlohmann::ordered_json;
 
-Json InspectRecording(const Recording& recording) {
+Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
   const Scan& scan = recording.scan;
   std::size_t returns = 0;
   double z_min = std::numeric_limits<double>::infinity();
@@ -83,7 +85,9 @@ Json InspectRecording(const Recording& recording) {
           {"seed", scan.header.seed},
           {"axis_points", recording.axis.size()},
           {"events", recording.events.size()},
-          {"hash", ScanHash(scan)}};
+          {"hash", ScanHash(scan)},
+          {"verdict", VerdictName(quality.verdict)},
+          {"quality", Json::parse(JsonFromQuality(quality))}};
 }
 
 Json InspectModel(const SurfaceModel& model) {
@@ -128,16 +132,24 @@ std::string AsText(const Json& json) {
 
 struct InspectOptions {
   std::string file;
+  std::string picture;
   std::string json;
 };
 
-Result<Json> InspectFile(const std::string& path, CommandIo& io) {
+/// What a file says of itself.
+struct Inspection {
+  Json json;
+  std::optional<ScanQuality> quality;  ///< Of a recording.
+};
+
+Result<Inspection> InspectFile(const std::string& path, CommandIo& io) {
   const auto bytes = io.storage().ReadAll(path, kMaxInputBytes);
   if (!bytes) return Fail(bytes);
   if (LooksLikeRecording(*bytes)) {
     const auto recording = ParseRecording(*bytes, path);
     if (!recording) return Fail(recording);
-    return InspectRecording(*recording);
+    ScanQuality quality = AssessScan(recording->scan);
+    return Inspection{InspectRecording(*recording, quality), std::move(quality)};
   }
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   // Our JSON files say what they are near the beginning.
@@ -148,30 +160,47 @@ Result<Json> InspectFile(const std::string& path, CommandIo& io) {
     Json json{{"kind", "frame"}};
     for (const FrameParameterField& field : FrameParameterFields())
       json[std::string(field.key)] = (*frame).*(field.member);
-    return json;
+    return Inspection{json, {}};
   }
   if (head.find("\"annulus-worn\"") != std::string_view::npos) {
     const auto worn = WornFrameFromJson(text, path);
     if (!worn) return Fail(worn);
-    return Json{{"kind", "worn frame"},
-                {"width_mm", worn->parameters.width},
-                {"tilt_deg", DegreesFromRadians(worn->tilt)},
-                {"forward_shift_mm", worn->forward_shift},
-                {"clearance_mm", worn->clearance}};
+    return Inspection{Json{{"kind", "worn frame"},
+                           {"width_mm", worn->parameters.width},
+                           {"tilt_deg", DegreesFromRadians(worn->tilt)},
+                           {"forward_shift_mm", worn->forward_shift},
+                           {"clearance_mm", worn->clearance}},
+                      {}};
   }
   if (head.find("\"annulus-model\"") != std::string_view::npos) {
     const auto model = ModelFromJson(text, path);
     if (!model) return Fail(model);
-    return InspectModel(*model);
+    return Inspection{InspectModel(*model), {}};
   }
   return Fail("inspect " + path, "it is neither a recording nor a model, frame or worn frame of annulus",
               "give a file that annulus wrote; points come in through 'annulus import'");
 }
 
+/// For people: the quality in words instead of its JSON.
+std::string InspectionText(Inspection inspection) {
+  if (!inspection.quality) return AsText(inspection.json);
+  inspection.json.erase("quality");
+  inspection.json.erase("verdict");
+  return AsText(inspection.json) + TextFromQuality(*inspection.quality);
+}
+
 Status Inspect(const InspectOptions& options, CommandIo& io) {
-  const auto json = InspectFile(options.file, io);
-  if (!json) return Fail(json);
-  return options.json.empty() ? io.Print(AsText(*json)) : io.WriteJson(options.json, *json);
+  const auto inspection = InspectFile(options.file, io);
+  if (!inspection) return Fail(inspection);
+  if (!options.picture.empty()) {
+    if (!inspection->quality) {
+      return Fail("draw " + options.file, "it is not a recording", "give a recording; 'annulus render' draws models");
+    }
+    const auto picture = DrawQuality(*inspection->quality);
+    if (!picture) return Fail(picture);
+    RETURN_IF_ERROR(WritePngFile(io.storage(), options.picture, *picture));
+  }
+  return options.json.empty() ? io.Print(InspectionText(*inspection)) : io.WriteJson(options.json, inspection->json);
 }
 
 }  // namespace
@@ -199,6 +228,8 @@ void AddInspectCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand("inspect", "say what is in a recording, model, frame or worn frame");
   command->add_option("file", options->file, "any file of ours")->required();
+  command->add_option("--picture", options->picture, "of a recording: what was seen of the body, unrolled")
+      ->type_name("F.png");
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus inspect scan.mcap");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Inspect(*options, io); }; });
