@@ -39,6 +39,19 @@ std::string Format(const char* format, double value) {
   return text;
 }
 
+/// What is doubtful in one map becomes so in another one, whose rows are others.
+void MarkDoubtful(const CoverageMap& from, CoverageMap& map) {
+  for (std::size_t row = 0; row < map.rows; ++row) {
+    const double place = (map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm - from.z_min) / from.row_mm;
+    if (!(place >= 0.0) || place >= static_cast<double>(from.rows)) continue;
+    for (std::size_t c = 0; c < map.columns; ++c) {
+      CoverageCell& cell = map.cells[row * map.columns + c];
+      const bool doubtful = from.At(static_cast<std::size_t>(place), c) == CoverageCell::kDoubtful;
+      if (doubtful && cell == CoverageCell::kSeen) cell = CoverageCell::kDoubtful;
+    }
+  }
+}
+
 QualityRegion AllRound(double z_min, double z_max) {
   QualityRegion region;
   region.theta_to = kTwoPi;
@@ -119,6 +132,7 @@ void NoticeFinder::FindMotion() {
   }
   std::optional<QualityRegion> largest;
   for (const ChangedParts& parts : FindChangedParts(grid_, compared_)) {
+    if (!parts.regions.empty()) MarkDoubtful(parts.map, quality_.map);
     for (const QualityRegion& region : parts.regions) {
       if (!largest || region.cells > largest->cells) largest = region;
     }
