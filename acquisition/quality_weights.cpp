@@ -101,15 +101,16 @@ void LowerFluttering(const QualityGrid& grid, const std::vector<ComparedLevel>& 
 
 }  // namespace
 
-std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch) {
+std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, Comparing comparing) {
   WeightTable weights(grid);
   for (std::size_t c = 0; c < grid.columns(); ++c) {
     for (const auto& [from, to] : watch.StuckSpans(c)) {
       for (std::size_t k = from; k < to; ++k) weights.Lower(k, c, 0.0F);
     }
   }
+  if (comparing == Comparing::kNone) return weights.Take();
   const std::vector<ComparedLevel> compared = CompareSweeps(grid);
-  if (!compared.empty() && !FindLeft(grid)) {
+  if (!compared.empty()) {
     LeaveOutChanged(grid, compared, weights);
     LowerMoved(grid, compared, weights);
     LowerFluttering(grid, compared, EstimateNoise(grid), weights);
