@@ -23,15 +23,36 @@ std::string Format(const char* format, double value) {
   return text;
 }
 
-/// What is doubtful in one map becomes so in another one, whose rows are others.
-void MarkDoubtful(const CoverageMap& from, CoverageMap& map) {
+/// Whether a cell lies in a region, and among others of its kind: a lost or wild reading is no arm.
+bool Belongs(const ChangedParts& parts, std::size_t row, std::size_t column) {
+  const CoverageMap& map = parts.map;
+  const double z = map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm;
+  const double theta = static_cast<double>(column) * kTwoPi / static_cast<double>(map.columns);
+  const bool inside = std::any_of(parts.regions.begin(), parts.regions.end(), [&](const QualityRegion& r) {
+    return z >= r.z_min && z <= r.z_max && WrapAngle(theta - r.theta_from) <= r.theta_to - r.theta_from;
+  });
+  if (!inside || map.At(row, column) != CoverageCell::kDoubtful) return false;
+  std::size_t like = 0;
+  for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, map.rows - 1); ++r) {
+    for (const std::size_t step : {map.columns - 1, map.columns, map.columns + 1}) {
+      like += map.At(r, (column + step) % map.columns) == CoverageCell::kDoubtful ? 1 : 0;
+    }
+  }
+  constexpr std::size_t kFewest = 4;  // with itself
+  return like >= kFewest;
+}
+
+/// What is elsewhere in another sweep becomes doubtful in the map of the scan, whose rows are others.
+void MarkDoubtful(const ChangedParts& parts, CoverageMap& map) {
   for (std::size_t row = 0; row < map.rows; ++row) {
-    const double place = (map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm - from.z_min) / from.row_mm;
-    if (!(place >= 0.0) || place >= static_cast<double>(from.rows)) continue;
+    const double z = map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm;
+    const double place = (z - parts.map.z_min) / parts.map.row_mm;
+    if (!(place >= 0.0) || place >= static_cast<double>(parts.map.rows)) continue;
     for (std::size_t c = 0; c < map.columns; ++c) {
       CoverageCell& cell = map.cells[row * map.columns + c];
-      const bool doubtful = from.At(static_cast<std::size_t>(place), c) == CoverageCell::kDoubtful;
-      if (doubtful && cell == CoverageCell::kSeen) cell = CoverageCell::kDoubtful;
+      if (cell == CoverageCell::kSeen && Belongs(parts, static_cast<std::size_t>(place), c)) {
+        cell = CoverageCell::kDoubtful;
+      }
     }
   }
 }
@@ -118,7 +139,7 @@ void NoticeFinder::FindMotion() {
   }
   std::optional<QualityRegion> largest;
   for (const ChangedParts& parts : FindChangedParts(grid_, compared_)) {
-    if (!parts.regions.empty()) MarkDoubtful(parts.map, quality_.map);
+    if (!parts.regions.empty()) MarkDoubtful(parts, quality_.map);
     for (const QualityRegion& region : parts.regions) {
       if (!largest || region.cells > largest->cells) largest = region;
     }

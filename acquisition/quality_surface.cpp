@@ -137,6 +137,12 @@ double LightIn(const QualityRegion& where, const CoverageMap& weak, const std::v
   return MedianOf(inside);
 }
 
+/// Whether rows lie close enough for thin things, and not all at one height.
+bool IsFine(const SweepImage& image) {
+  constexpr double kFinest = 0.05;  // mm
+  return image.pitch() >= kFinest && image.pitch() <= kFinePitch;
+}
+
 }  // namespace
 
 SweepImage::SweepImage(const QualityGrid& grid) : columns_(grid.columns()), step_(grid.step()) {
@@ -176,7 +182,7 @@ double SweepImage::Crown() const {
 
 std::optional<ThinRims> FindThinRims(const SweepImage& image) {
   const double crown = image.Crown();
-  if (image.rows() < 50 || image.pitch() > kFinePitch || std::isnan(crown)) return std::nullopt;
+  if (image.rows() < 50 || !IsFine(image) || std::isnan(crown)) return std::nullopt;
   constexpr double kHalfWindow = 6.0;  // mm: rims are thinner than twice that, lids and brows are wider
   constexpr double kProud = 4.0;       // mm
   constexpr double kFaceRadius = 95.0;
@@ -275,7 +281,7 @@ RoughScalp MeasureScalp(const QualityGrid& grid, const SweepImage& image, double
 HeadEdge FindHeadEdge(const SweepImage& image) {
   HeadEdge edge;
   const double crown = image.Crown();
-  if (image.rows() < 50 || image.pitch() > kFinePitch || std::isnan(crown)) return edge;
+  if (image.rows() < 50 || !IsFine(image) || std::isnan(crown)) return edge;
   constexpr double kStep = 2.5;        // mm outwards …
   constexpr double kWithin = 3.0;      // … within so much height
   constexpr double kSameHeight = 4.0;  // mm between neighbouring directions
