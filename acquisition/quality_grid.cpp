@@ -34,11 +34,12 @@ void QualityGrid::Add(const ScanLevel& level) {
   const std::size_t first = radius_.size();
   radius_.resize(first + n, std::numeric_limits<float>::quiet_NaN());
   quality_.resize(first + n, 0);
+  constexpr double kHighest = 1e6;  // mm; what is beyond is no height
   double z_sum = 0.0;
   std::size_t z_count = 0;
   for (std::size_t sensor = 0; sensor < std::min(n, level.readings.size()); ++sensor) {
     const RangeReading& reading = level.readings[sensor];
-    if (std::isfinite(reading.z_mm)) {
+    if (std::abs(reading.z_mm) < kHighest) {
       z_sum += reading.z_mm;
       ++z_count;
     }

@@ -13,30 +13,48 @@ namespace {
 
 constexpr float kChanged = 30.0F;  // mm: more than people sway and breathe
 
-/// Share of the directions that see something, and its mean radius.
-struct Section {
-  double share = 0.0, radius = 0.0;
-};
-Section SectionOf(const QualityGrid& grid, std::size_t level) {
-  Section section;
-  std::size_t seen = 0;
-  for (const float radius : grid.Radii(level)) {
-    if (!(radius > 0.0F)) continue;
-    ++seen;
-    section.radius += static_cast<double>(radius);
-  }
-  if (seen > 0) section.radius /= static_cast<double>(seen);
-  section.share = static_cast<double>(seen) / static_cast<double>(std::max<std::size_t>(1, grid.columns()));
-  return section;
-}
-
 constexpr double kAlmostNothing = 0.03;  // of the directions: stray light
 constexpr std::size_t kFewestEmpty = 4;  // levels
+constexpr double kBody = 0.5;            // of the directions: as a trunk or a head shows
 
 std::string Format(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   return text;
+}
+
+/// Whether a cell lies in a region, and among others of its kind: a lost or wild reading is no arm.
+bool Belongs(const ChangedParts& parts, std::size_t row, std::size_t column) {
+  const CoverageMap& map = parts.map;
+  const double z = map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm;
+  const double theta = static_cast<double>(column) * kTwoPi / static_cast<double>(map.columns);
+  const bool inside = std::any_of(parts.regions.begin(), parts.regions.end(), [&](const QualityRegion& r) {
+    return z >= r.z_min && z <= r.z_max && WrapAngle(theta - r.theta_from) <= r.theta_to - r.theta_from;
+  });
+  if (!inside || map.At(row, column) != CoverageCell::kDoubtful) return false;
+  std::size_t like = 0;
+  for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, map.rows - 1); ++r) {
+    for (const std::size_t step : {map.columns - 1, map.columns, map.columns + 1}) {
+      like += map.At(r, (column + step) % map.columns) == CoverageCell::kDoubtful ? 1 : 0;
+    }
+  }
+  constexpr std::size_t kFewest = 4;  // with itself
+  return like >= kFewest;
+}
+
+/// What is elsewhere in another sweep becomes doubtful in the map of the scan, whose rows are others.
+void MarkDoubtful(const ChangedParts& parts, CoverageMap& map) {
+  for (std::size_t row = 0; row < map.rows; ++row) {
+    const double z = map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm;
+    const double place = (z - parts.map.z_min) / parts.map.row_mm;
+    if (!(place >= 0.0) || place >= static_cast<double>(parts.map.rows)) continue;
+    for (std::size_t c = 0; c < map.columns; ++c) {
+      CoverageCell& cell = map.cells[row * map.columns + c];
+      if (cell == CoverageCell::kSeen && Belongs(parts, static_cast<std::size_t>(place), c)) {
+        cell = CoverageCell::kDoubtful;
+      }
+    }
+  }
 }
 
 QualityRegion AllRound(double z_min, double z_max) {
@@ -50,8 +68,9 @@ QualityRegion AllRound(double z_min, double z_max) {
 /// Collects notices with what they need from each other.
 class NoticeFinder {
  public:
-  NoticeFinder(const QualityGrid& grid, const std::vector<ComparedLevel>& compared, ScanQuality& quality)
-      : grid_(grid), compared_(compared), quality_(quality) {
+  NoticeFinder(const QualityGrid& grid, const std::vector<ComparedLevel>& compared, const LeftWatch& left,
+               ScanQuality& quality)
+      : grid_(grid), compared_(compared), left_(left.left()), quality_(quality) {
     low_ = quality.map.z_min;
     high_ = low_ + static_cast<double>(quality.map.rows) * quality.map.row_mm;
   }
@@ -81,14 +100,15 @@ class NoticeFinder {
 
   const QualityGrid& grid_;
   const std::vector<ComparedLevel>& compared_;
+  std::optional<std::size_t> left_;
   ScanQuality& quality_;
   double low_ = 0.0, high_ = 0.0;
   std::vector<QualityNotice> notices_;
 };
 
 void NoticeFinder::FindPerson() {
-  if (const auto left = FindLeft(grid_)) {
-    const QualityGrid::Level& at = grid_.levels()[left->level];
+  if (left_) {
+    const QualityGrid::Level& at = grid_.levels()[*left_];
     Add({NoticeCode::kLeft, QualityVerdict::kRepeat, AllRound(low_, high_), at.time_s, "s",
          "nobody is in the ring from " + Format("%.1f s", at.time_s) + " on (carriage at " +
              Format("%.2f m", at.z / 1000.0) + ")",
@@ -119,6 +139,7 @@ void NoticeFinder::FindMotion() {
   }
   std::optional<QualityRegion> largest;
   for (const ChangedParts& parts : FindChangedParts(grid_, compared_)) {
+    if (!parts.regions.empty()) MarkDoubtful(parts, quality_.map);
     for (const QualityRegion& region : parts.regions) {
       if (!largest || region.cells > largest->cells) largest = region;
     }
@@ -233,44 +254,52 @@ void NoticeFinder::FindSensors() {
 
 }  // namespace
 
-std::optional<LeftAt> FindLeft(const QualityGrid& grid) {
-  if (grid.levels().empty()) return std::nullopt;
-  const std::uint16_t first_sweep = grid.levels().front().sweep;
-  constexpr double kBody = 0.5;                    // of the directions
-  constexpr double kSmallest = 35.0;               // mm, mean radius: a neck; a crown or a toe is smaller when it ends
-  constexpr double kLeastHeight = 40.0;            // mm without anything
-  constexpr double kNearby = 12.0;                 // mm
-  std::vector<std::pair<double, double>> profile;  // of the first sweep: height, share
-  std::size_t empty = 0;
-  Section before;
-  double z_before = 0.0;
-  for (std::size_t k = 0; k < grid.levels().size(); ++k) {
-    const QualityGrid::Level& level = grid.levels()[k];
-    const Section section = SectionOf(grid, k);
-    if (k > 0 && level.sweep != grid.levels()[k - 1].sweep) empty = 0;
-    if (level.sweep == first_sweep) {
-      profile.emplace_back(level.z, section.share);
-      if (section.share > kAlmostNothing) {
-        before = section;
-        z_before = level.z;
-        empty = 0;
-        continue;
-      }
-      ++empty;
-      const bool was_body = before.share >= kBody && before.radius >= kSmallest;
-      if (was_body && empty >= kFewestEmpty && std::abs(level.z - z_before) >= kLeastHeight)
-        return LeftAt{k + 1 - empty};
-      continue;
-    }
-    const auto nearest = std::min_element(profile.begin(), profile.end(), [&](const auto& a, const auto& b) {
-      return std::abs(a.first - level.z) < std::abs(b.first - level.z);
-    });
-    const bool body =
-        nearest != profile.end() && std::abs(nearest->first - level.z) < kNearby && nearest->second >= kBody;
-    empty = body && section.share <= kAlmostNothing ? empty + 1 : 0;
-    if (empty >= kFewestEmpty) return LeftAt{k + 1 - empty};
+LeftWatch::Section LeftWatch::SectionOf(const QualityGrid& grid, std::size_t level) {
+  Section section;
+  std::size_t seen = 0;
+  for (const float radius : grid.Radii(level)) {
+    if (!(radius > 0.0F)) continue;
+    ++seen;
+    section.radius += static_cast<double>(radius);
   }
-  return std::nullopt;
+  if (seen > 0) section.radius /= static_cast<double>(seen);
+  section.share = static_cast<double>(seen) / static_cast<double>(std::max<std::size_t>(1, grid.columns()));
+  return section;
+}
+
+bool LeftWatch::EmptyInFirst(double z, const Section& section) {
+  constexpr double kSmallest = 35.0;     // mm, mean radius: a neck; a crown or a toe is smaller when it ends
+  constexpr double kLeastHeight = 40.0;  // mm without anything
+  profile_.emplace_back(z, section.share);
+  if (section.share > kAlmostNothing) {
+    before_ = section;
+    z_before_ = z;
+    empty_ = 0;
+    return false;
+  }
+  ++empty_;
+  const bool was_body = before_.share >= kBody && before_.radius >= kSmallest;
+  return was_body && empty_ >= kFewestEmpty && std::abs(z - z_before_) >= kLeastHeight;
+}
+
+bool LeftWatch::EmptyLater(double z, const Section& section) {
+  constexpr double kNearby = 12.0;  // mm
+  const auto nearest = std::min_element(profile_.begin(), profile_.end(), [z](const auto& a, const auto& b) {
+    return std::abs(a.first - z) < std::abs(b.first - z);
+  });
+  const bool body = nearest != profile_.end() && std::abs(nearest->first - z) < kNearby && nearest->second >= kBody;
+  empty_ = body && section.share <= kAlmostNothing ? empty_ + 1 : 0;
+  return empty_ >= kFewestEmpty;
+}
+
+void LeftWatch::Update(const QualityGrid& grid) {
+  if (left_) return;
+  const std::size_t newest = grid.levels().size() - 1;
+  const QualityGrid::Level& level = grid.levels()[newest];
+  if (newest > 0 && level.sweep != grid.levels()[newest - 1].sweep) empty_ = 0;
+  const Section section = SectionOf(grid, newest);
+  const bool first = level.sweep == grid.levels().front().sweep;
+  if (first ? EmptyInFirst(level.z, section) : EmptyLater(level.z, section)) left_ = newest + 1 - empty_;
 }
 
 std::vector<ChangedParts> FindChangedParts(const QualityGrid& grid, const std::vector<ComparedLevel>& compared) {
@@ -366,8 +395,8 @@ std::optional<MovedSpan> FindMoved(const QualityGrid& grid, const std::vector<Co
 }
 
 std::vector<QualityNotice> FindNotices(const QualityGrid& grid, const std::vector<ComparedLevel>& compared,
-                                       ScanQuality& quality) {
-  return NoticeFinder(grid, compared, quality).Find();
+                                       const LeftWatch& left, ScanQuality& quality) {
+  return NoticeFinder(grid, compared, left, quality).Find();
 }
 
 }  // namespace annulus

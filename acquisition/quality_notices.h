@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "acquisition/quality_grid.h"
@@ -8,14 +10,30 @@
 
 namespace annulus {
 
-/// Where the booth was empty though somebody had been there: the first such level.
-struct LeftAt {
-  std::size_t level = 0;
-};
-/// Nobody there over some levels: where the first sweep had seen a body, or in the first sweep where a body
-/// of some size had just been seen and nothing follows.
-[[nodiscard]] std::optional<LeftAt> FindLeft(const QualityGrid& grid);
+/// Watches for an empty booth, level by level: nobody there over some levels, where the first sweep had seen a body, or
+/// in the first sweep where a body of some size had just been seen and nothing follows.
+class LeftWatch {
+ public:
+  /// The newest level of the grid.
+  void Update(const QualityGrid& grid);
+  /// The first level without anybody; nothing as long as somebody is there.
+  [[nodiscard]] std::optional<std::size_t> left() const { return left_; }
 
+ private:
+  /// Share of the directions that see something, and its mean radius, mm.
+  struct Section {
+    double share = 0.0, radius = 0.0;
+  };
+  [[nodiscard]] static Section SectionOf(const QualityGrid& grid, std::size_t level);
+  [[nodiscard]] bool EmptyInFirst(double z, const Section& section);
+  [[nodiscard]] bool EmptyLater(double z, const Section& section);
+
+  std::vector<std::pair<double, double>> profile_;  ///< Of the first sweep: height, share.
+  std::size_t empty_ = 0;                           ///< Levels without anybody in a row.
+  Section before_;
+  double z_before_ = 0.0;
+  std::optional<std::size_t> left_;
+};
 /// The compared levels as a map of what is elsewhere than in the first sweep (kDoubtful), one per later sweep.
 struct ChangedParts {
   std::uint16_t sweep = 0;
@@ -47,6 +65,7 @@ struct MovedSpan {
 /// All notices of a scan, the gravest first. `quality` has everything but notices and verdict; its map learns what is
 /// doubtful.
 [[nodiscard]] std::vector<QualityNotice> FindNotices(const QualityGrid& grid,
-                                                     const std::vector<ComparedLevel>& compared, ScanQuality& quality);
+                                                     const std::vector<ComparedLevel>& compared, const LeftWatch& left,
+                                                     ScanQuality& quality);
 
 }  // namespace annulus

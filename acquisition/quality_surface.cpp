@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "acquisition/quality_coverage.h"
 
@@ -68,6 +69,80 @@ void ForRows(const SweepImage& image, double low, double high, Visit visit) {
   }
 }
 
+/// Mean radius and light of the map's cells.
+struct CellMeans {
+  std::vector<double> radius, light;
+  std::vector<std::uint32_t> count;
+};
+CellMeans MeansOf(const QualityGrid& grid, const CoverageMap& map) {
+  CellMeans means{std::vector<double>(map.cells.size(), 0.0), std::vector<double>(map.cells.size(), 0.0),
+                  std::vector<std::uint32_t>(map.cells.size(), 0)};
+  for (std::size_t k = 0; k < grid.levels().size(); ++k) {
+    const double place = (grid.levels()[k].z - map.z_min) / map.row_mm;
+    if (!(place >= 0.0) || place >= static_cast<double>(map.rows)) continue;
+    for (std::size_t c = 0; c < map.columns; ++c) {
+      if (!grid.Seen(k, c)) continue;
+      const std::size_t cell = static_cast<std::size_t>(place) * map.columns + c;
+      means.radius[cell] += static_cast<double>(grid.Radius(k, c));
+      means.light[cell] += static_cast<double>(grid.Quality(k, c)) / 255.0;
+      ++means.count[cell];
+    }
+  }
+  for (std::size_t cell = 0; cell < means.count.size(); ++cell) {
+    if (means.count[cell] == 0) continue;
+    means.radius[cell] /= means.count[cell];
+    means.light[cell] /= means.count[cell];
+  }
+  return means;
+}
+
+/// The light that comes back over what a surface of this slope returns less; NaN where the slope is not known or steep.
+std::vector<double> LightShares(const CellMeans& means, const CoverageMap& map, double step) {
+  constexpr double kSteepest = 0.35;  // cosine
+  const std::size_t n = map.columns;
+  std::vector<double> shares(map.cells.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t row = 2; row + 2 < map.rows; ++row) {
+    for (std::size_t c = 0; c < n; ++c) {
+      const std::size_t cell = row * n + c;
+      const std::size_t left = row * n + (c + 2) % n;
+      const std::size_t right = row * n + (c + n - 2) % n;
+      const std::size_t above = cell + 2 * n;
+      const std::size_t below = cell - 2 * n;
+      if (std::min({means.count[cell], means.count[left], means.count[right], means.count[above],
+                    means.count[below]}) == 0) {
+        continue;
+      }
+      const double around = (means.radius[left] - means.radius[right]) / (4.0 * step * means.radius[cell]);
+      const double up = (means.radius[above] - means.radius[below]) / (4.0 * map.row_mm);
+      const double cosine = 1.0 / std::sqrt(1.0 + around * around + up * up);
+      if (cosine >= kSteepest) shares[cell] = means.light[cell] / cosine;
+    }
+  }
+  return shares;
+}
+
+/// Median share of the weak cells of a region.
+double LightIn(const QualityRegion& where, const CoverageMap& weak, const std::vector<double>& shares) {
+  std::vector<double> inside;
+  for (std::size_t row = 0; row < weak.rows; ++row) {
+    const double z = weak.z_min + (static_cast<double>(row) + 0.5) * weak.row_mm;
+    if (z < where.z_min || z > where.z_max) continue;
+    for (std::size_t c = 0; c < weak.columns; ++c) {
+      const double from =
+          WrapAngle(static_cast<double>(c) * kTwoPi / static_cast<double>(weak.columns) - where.theta_from);
+      const bool here = from <= where.theta_to - where.theta_from && weak.At(row, c) == CoverageCell::kDoubtful;
+      if (here) inside.push_back(shares[row * weak.columns + c]);
+    }
+  }
+  return MedianOf(inside);
+}
+
+/// Whether rows lie close enough for thin things, and not all at one height.
+bool IsFine(const SweepImage& image) {
+  constexpr double kFinest = 0.05;  // mm
+  return image.pitch() >= kFinest && image.pitch() <= kFinePitch;
+}
+
 }  // namespace
 
 SweepImage::SweepImage(const QualityGrid& grid) : columns_(grid.columns()), step_(grid.step()) {
@@ -107,7 +182,7 @@ double SweepImage::Crown() const {
 
 std::optional<ThinRims> FindThinRims(const SweepImage& image) {
   const double crown = image.Crown();
-  if (image.rows() < 50 || image.pitch() > kFinePitch || std::isnan(crown)) return std::nullopt;
+  if (image.rows() < 50 || !IsFine(image) || std::isnan(crown)) return std::nullopt;
   constexpr double kHalfWindow = 6.0;  // mm: rims are thinner than twice that, lids and brows are wider
   constexpr double kProud = 4.0;       // mm
   constexpr double kFaceRadius = 95.0;
@@ -206,7 +281,7 @@ RoughScalp MeasureScalp(const QualityGrid& grid, const SweepImage& image, double
 HeadEdge FindHeadEdge(const SweepImage& image) {
   HeadEdge edge;
   const double crown = image.Crown();
-  if (image.rows() < 50 || image.pitch() > kFinePitch || std::isnan(crown)) return edge;
+  if (image.rows() < 50 || !IsFine(image) || std::isnan(crown)) return edge;
   constexpr double kStep = 2.5;        // mm outwards …
   constexpr double kWithin = 3.0;      // … within so much height
   constexpr double kSameHeight = 4.0;  // mm between neighbouring directions
@@ -245,48 +320,12 @@ HeadEdge FindHeadEdge(const SweepImage& image) {
 }
 
 std::vector<WeakRegion> FindWeakReturns(const QualityGrid& grid, CoverageMap& map) {
-  const std::size_t n = map.columns;
-  if (map.rows < 5 || n < 24) return {};
-  std::vector<double> radius(map.cells.size(), 0.0);
-  std::vector<double> light(map.cells.size(), 0.0);
-  std::vector<std::uint32_t> count(map.cells.size(), 0);
-  for (std::size_t k = 0; k < grid.levels().size(); ++k) {
-    const double place = (grid.levels()[k].z - map.z_min) / map.row_mm;
-    if (!(place >= 0.0) || place >= static_cast<double>(map.rows)) continue;
-    for (std::size_t c = 0; c < n; ++c) {
-      if (!grid.Seen(k, c)) continue;
-      const std::size_t cell = static_cast<std::size_t>(place) * n + c;
-      radius[cell] += static_cast<double>(grid.Radius(k, c));
-      light[cell] += static_cast<double>(grid.Quality(k, c)) / 255.0;
-      ++count[cell];
-    }
-  }
-  for (std::size_t cell = 0; cell < count.size(); ++cell) {
-    if (count[cell] == 0) continue;
-    radius[cell] /= count[cell];
-    light[cell] /= count[cell];
-  }
-  // What a surface of this slope returns less, it returns because of the slope.
-  constexpr double kSteepest = 0.35;  // cosine
-  std::vector<double> shares(map.cells.size(), std::numeric_limits<double>::quiet_NaN());
+  if (map.rows < 5 || map.columns < 24) return {};
+  const std::vector<double> shares = LightShares(MeansOf(grid, map), map, grid.step());
   std::vector<double> known;
-  for (std::size_t row = 2; row + 2 < map.rows; ++row) {
-    for (std::size_t c = 0; c < n; ++c) {
-      const std::size_t cell = row * n + c;
-      const std::size_t left = row * n + (c + 2) % n;
-      const std::size_t right = row * n + (c + n - 2) % n;
-      const std::size_t above = cell + 2 * n;
-      const std::size_t below = cell - 2 * n;
-      if (count[cell] == 0 || count[left] == 0 || count[right] == 0 || count[above] == 0 || count[below] == 0) continue;
-      const double around = (radius[left] - radius[right]) / (4.0 * grid.step() * radius[cell]);
-      const double up = (radius[above] - radius[below]) / (4.0 * map.row_mm);
-      const double cosine = 1.0 / std::sqrt(1.0 + around * around + up * up);
-      if (cosine < kSteepest) continue;
-      shares[cell] = light[cell] / cosine;
-      known.push_back(shares[cell]);
-    }
-  }
-  if (known.size() < 100) return {};
+  std::copy_if(shares.begin(), shares.end(), std::back_inserter(known), [](double share) { return share >= 0.0; });
+  constexpr std::size_t kFewestKnown = 100;
+  if (known.size() < kFewestKnown) return {};
   constexpr double kWeak = 0.35;
   const double usual = MedianOf(known);
   CoverageMap marked = map;
@@ -298,18 +337,7 @@ std::vector<WeakRegion> FindWeakReturns(const QualityGrid& grid, CoverageMap& ma
   std::vector<WeakRegion> regions;
   constexpr std::size_t kFewestCells = 15;
   for (const QualityRegion& where : RegionsOf(marked, CoverageCell::kDoubtful, {})) {
-    if (where.cells < kFewestCells) continue;
-    std::vector<double> inside;
-    for (std::size_t row = 0; row < map.rows; ++row) {
-      const double z = map.z_min + (static_cast<double>(row) + 0.5) * map.row_mm;
-      if (z < where.z_min || z > where.z_max) continue;
-      for (std::size_t c = 0; c < n; ++c) {
-        const double from = WrapAngle(static_cast<double>(c) * grid.step() - where.theta_from);
-        const bool here = from <= where.theta_to - where.theta_from;
-        if (here && marked.At(row, c) == CoverageCell::kDoubtful) inside.push_back(shares[row * n + c]);
-      }
-    }
-    regions.push_back({where, MedianOf(inside) / usual});
+    if (where.cells >= kFewestCells) regions.push_back({where, LightIn(where, marked, shares) / usual});
   }
   return regions;
 }

@@ -1,4 +1,5 @@
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -147,7 +148,12 @@ std::string TextFromQuality(const ScanQuality& quality) {
                 100.0 * quality.coverage, quality.noise_sigma_mm, 100.0 * quality.dropout_rate,
                 100.0 * quality.spike_rate);
   text += figures;
-  for (const QualityNotice& notice : quality.notices) text += "- " + notice.text + ": " + notice.advice + "\n";
+  for (const QualityNotice& notice : quality.notices) {
+    std::string advice = notice.advice;
+    if (!advice.empty()) advice[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(advice[0])));
+    const bool asks = !notice.text.empty() && notice.text.back() == '?';
+    text += "- " + notice.text + (asks ? " " : ". ") + advice + ".\n";
+  }
   return text;
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "acquisition/quality_coverage.h"
 #include "acquisition/quality_notices.h"
 
 namespace annulus {
@@ -24,43 +26,41 @@ class WeightTable {
   std::vector<float> weights_;
 };
 
+bool Holds(const QualityRegion& region, double theta, double z) {
+  return z >= region.z_min && z <= region.z_max &&
+         WrapAngle(theta - region.theta_from) <= region.theta_to - region.theta_from;
+}
+
+/// The compared level of a sweep that is nearest to a height; null without one.
+const ComparedLevel* NearestOf(const QualityGrid& grid, const std::vector<ComparedLevel>& compared, std::uint16_t sweep,
+                               double z) {
+  const ComparedLevel* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const ComparedLevel& level : compared) {
+    const QualityGrid::Level& at = grid.levels()[level.level];
+    if (at.sweep != sweep || std::abs(at.z - z) >= least) continue;
+    least = std::abs(at.z - z);
+    nearest = &level;
+  }
+  return nearest;
+}
+
 /// Where a sweep differs from the first one, that of the two which came nearer to the sensors is in the way.
 void LeaveOutChanged(const QualityGrid& grid, const std::vector<ComparedLevel>& compared, WeightTable& weights) {
   constexpr float kOtherwise = 30.0F;  // mm
-  const std::vector<ChangedParts> changed = FindChangedParts(grid, compared);
-  for (const ComparedLevel& level : compared) {
-    const QualityGrid::Level& at = grid.levels()[level.level];
-    for (const ChangedParts& parts : changed) {
-      if (parts.sweep != at.sweep) continue;
-      for (const QualityRegion& region : parts.regions) {
-        if (at.z < region.z_min || at.z > region.z_max) continue;
-        for (std::size_t c = 0; c < grid.columns(); ++c) {
-          const double inside = WrapAngle(grid.Theta(c) - region.theta_from);
-          if (inside > region.theta_to - region.theta_from || !grid.Seen(level.level, c)) continue;
-          if (level.residual[c] > kOtherwise) weights.Lower(level.level, c, 0.0F);
-        }
-      }
-    }
-  }
-  // What the first sweep has before all the others.
-  for (const ChangedParts& parts : changed) {
-    for (const QualityRegion& region : parts.regions) {
-      for (std::size_t k = 0; k < grid.levels().size(); ++k) {
-        const QualityGrid::Level& at = grid.levels()[k];
-        if (at.sweep != grid.levels().front().sweep || at.z < region.z_min || at.z > region.z_max) continue;
-        const auto near = std::min_element(compared.begin(), compared.end(), [&](const auto& a, const auto& b) {
-          const auto cost = [&](const ComparedLevel& other) {
-            const QualityGrid::Level& there = grid.levels()[other.level];
-            return std::abs(there.z - at.z) + (there.sweep == parts.sweep ? 0.0 : 1e9);
-          };
-          return cost(a) < cost(b);
-        });
-        if (near == compared.end()) continue;
-        for (std::size_t c = 0; c < grid.columns(); ++c) {
-          const double inside = WrapAngle(grid.Theta(c) - region.theta_from);
-          if (inside > region.theta_to - region.theta_from || !grid.Seen(k, c)) continue;
-          if (near->residual[c] < -kOtherwise) weights.Lower(k, c, 0.0F);
-        }
+  for (const ChangedParts& parts : FindChangedParts(grid, compared)) {
+    for (std::size_t k = 0; k < grid.levels().size() && !parts.regions.empty(); ++k) {
+      const QualityGrid::Level& at = grid.levels()[k];
+      const bool first = at.sweep == grid.levels().front().sweep;
+      if (!first && at.sweep != parts.sweep) continue;
+      const ComparedLevel* const level = NearestOf(grid, compared, parts.sweep, at.z);
+      if (level == nullptr) continue;
+      for (std::size_t c = 0; c < grid.columns(); ++c) {
+        const double nearer = first ? -level->residual[c] : level->residual[c];
+        if (!(nearer > kOtherwise) || !grid.Seen(k, c)) continue;
+        const bool changed = std::any_of(parts.regions.begin(), parts.regions.end(),
+                                         [&](const QualityRegion& r) { return Holds(r, grid.Theta(c), at.z); });
+        if (changed) weights.Lower(k, c, 0.0F);
       }
     }
   }
@@ -101,18 +101,19 @@ void LowerFluttering(const QualityGrid& grid, const std::vector<ComparedLevel>& 
 
 }  // namespace
 
-std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, double noise_sigma_mm) {
+std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, Comparing comparing) {
   WeightTable weights(grid);
   for (std::size_t c = 0; c < grid.columns(); ++c) {
     for (const auto& [from, to] : watch.StuckSpans(c)) {
       for (std::size_t k = from; k < to; ++k) weights.Lower(k, c, 0.0F);
     }
   }
+  if (comparing == Comparing::kNone) return weights.Take();
   const std::vector<ComparedLevel> compared = CompareSweeps(grid);
-  if (!compared.empty() && !FindLeft(grid)) {
+  if (!compared.empty()) {
     LeaveOutChanged(grid, compared, weights);
     LowerMoved(grid, compared, weights);
-    LowerFluttering(grid, compared, noise_sigma_mm, weights);
+    LowerFluttering(grid, compared, EstimateNoise(grid), weights);
   }
   return weights.Take();
 }

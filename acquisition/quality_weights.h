@@ -7,8 +7,11 @@
 
 namespace annulus {
 
+/// Whether sweeps are held against each other: not if the person left.
+enum class Comparing { kSweeps, kNone };
+
 /// A factor on the weight of every reading, level by level and sensor by sensor, as QualityMonitor::Weights; empty if
 /// nothing is amiss.
-[[nodiscard]] std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, double noise_sigma_mm);
+[[nodiscard]] std::vector<float> WeightsOf(const QualityGrid& grid, const SensorWatch& watch, Comparing comparing);
 
 }  // namespace annulus

@@ -66,6 +66,7 @@ struct QualityMonitor::State {
 
   QualityGrid grid;
   SensorWatch watch;
+  LeftWatch left;
   double plan_pitch = 0.0;
   std::size_t levels = 0;
 };
@@ -79,7 +80,9 @@ void QualityMonitor::Add(const ScanLevel& level) {
   ++state_->levels;
   if (state_->grid.levels().size() >= kMostLevels) return;
   state_->grid.Add(level);
-  if (state_->judged()) state_->watch.Update(state_->grid);
+  if (!state_->judged()) return;
+  state_->watch.Update(state_->grid);
+  state_->left.Update(state_->grid);
 }
 
 LiveQuality QualityMonitor::live() const {
@@ -93,7 +96,7 @@ LiveQuality QualityMonitor::live() const {
   live.dead = state_->Sensors([](const SensorQuality& sensor) { return sensor.dead; });
   live.stuck = state_->Sensors([](const SensorQuality& sensor) { return sensor.stuck; });
   live.sensors_verdict = JudgeDeadSensors(live.dead, state_->grid.columns());
-  live.left = FindLeft(state_->grid).has_value();
+  live.left = state_->left.left().has_value();
   return live;
 }
 
@@ -119,7 +122,7 @@ ScanQuality QualityMonitor::Assess() const {
       JudgeDeadSensors(state.Sensors([](const SensorQuality& sensor) { return sensor.dead; }), state.grid.columns());
   const std::vector<ComparedLevel> compared = CompareSweeps(state.grid);
   quality.motion = MotionOf(state.grid, compared);
-  quality.notices = FindNotices(state.grid, compared, quality);
+  quality.notices = FindNotices(state.grid, compared, state.left, quality);
   quality.verdict = QualityVerdict::kGood;
   for (const QualityNotice& notice : quality.notices) quality.verdict = std::max(quality.verdict, notice.verdict);
   return quality;
@@ -127,14 +130,15 @@ ScanQuality QualityMonitor::Assess() const {
 
 std::vector<float> QualityMonitor::Weights() const {
   if (!state_->judged()) return {};
-  std::vector<float> weights = WeightsOf(state_->grid, state_->watch, EstimateNoise(state_->grid));
+  std::vector<float> weights =
+      WeightsOf(state_->grid, state_->watch, state_->left.left() ? Comparing::kNone : Comparing::kSweeps);
   // Levels that came after the last one kept are as they are.
   if (!weights.empty()) weights.resize(state_->levels * state_->grid.columns(), 1.0F);
   return weights;
 }
 
 std::optional<MotionQuality> QualityMonitor::Motion() const {
-  if (!state_->judged() || FindLeft(state_->grid)) return std::nullopt;
+  if (!state_->judged() || state_->left.left()) return std::nullopt;
   return MotionOf(state_->grid, CompareSweeps(state_->grid));
 }
 

@@ -7,6 +7,7 @@
 #include "acquisition/hdf5_writer.h"
 #include "acquisition/recording.h"
 #include "acquisition/recording_recovery.h"
+#include "acquisition/scan_quality.h"
 #include "base/log.h"
 #include "base/sha256.h"
 #include "fitting/paper_model.h"
@@ -14,6 +15,7 @@
 #include "station/commands.h"
 #include "station/files.h"
 #include "station/key_file.h"
+#include "station/quality_picture.h"
 
 namespace annulus {
 namespace {
@@ -102,7 +104,7 @@ Json MachineJson(const RecordedMachine& machine) {
           {"axis_z_max_mm", machine.axis_z_max_mm}};
 }
 
-Json InspectRecording(const Recording& recording) {
+Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
   const Scan& scan = recording.scan;
   std::size_t returns = 0;
   double z_min = std::numeric_limits<double>::infinity();
@@ -139,7 +141,9 @@ Json InspectRecording(const Recording& recording) {
           {"machine", MachineJson(scan.header.machine)},
           {"axis_points", recording.axis.size()},
           {"events", recording.events.size()},
-          {"hash", ScanHash(scan)}};
+          {"hash", ScanHash(scan)},
+          {"verdict", VerdictName(quality.verdict)},
+          {"quality", Json::parse(JsonFromQuality(quality))}};
 }
 
 Json InspectModel(const SurfaceModel& model) {
@@ -184,12 +188,20 @@ std::string AsText(const Json& json) {
 
 struct InspectOptions {
   std::string file;
+  std::string picture;
   std::string json;
   std::string key_file;
 };
 
+/// What a file says of itself.
+struct Inspection {
+  Json json;
+  std::optional<ScanQuality> quality;  ///< Of a recording.
+};
+
 /// A recording, or of a sealed one without its key what stands outside.
-Result<Json> InspectRecordingBytes(std::span<const std::byte> bytes, const std::string& path, const KeySource* keys) {
+Result<Inspection> InspectRecordingBytes(std::span<const std::byte> bytes, const std::string& path,
+                                         const KeySource* keys) {
   const std::string content_hash = "sha256:" + Sha256Hex(bytes);
   std::optional<std::string> key_id;
   if (LooksSealed(bytes)) {
@@ -197,23 +209,25 @@ Result<Json> InspectRecordingBytes(std::span<const std::byte> bytes, const std::
     if (!id) return Fail(id);
     key_id = *id;
     if (keys == nullptr) {
-      return Json{{"kind", "sealed recording"},
-                  {"key_id", *key_id},
-                  {"bytes", bytes.size()},
-                  {"content_hash", content_hash},
-                  {"note", "give --key-file to see what it holds"}};
+      return Inspection{Json{{"kind", "sealed recording"},
+                             {"key_id", *key_id},
+                             {"bytes", bytes.size()},
+                             {"content_hash", content_hash},
+                             {"note", "give --key-file to see what it holds"}},
+                        {}};
     }
   }
   const auto recording = ParseRecording(bytes, path, keys);
   if (!recording) return Fail(recording);
-  Json json = InspectRecording(*recording);
+  ScanQuality quality = AssessScan(recording->scan);
+  Json json = InspectRecording(*recording, quality);
   if (key_id) json["key_id"] = *key_id;
   json["bytes"] = bytes.size();
   json["content_hash"] = content_hash;
-  return json;
+  return Inspection{std::move(json), std::move(quality)};
 }
 
-Result<Json> InspectFile(const std::string& path, const KeySource* keys, CommandIo& io) {
+Result<Inspection> InspectFile(const std::string& path, const KeySource* keys, CommandIo& io) {
   const auto bytes = io.storage().ReadAll(path, kMaxInputBytes);
   if (!bytes) return Fail(bytes);
   if (LooksLikeRecording(*bytes)) return InspectRecordingBytes(*bytes, path, keys);
@@ -226,32 +240,49 @@ Result<Json> InspectFile(const std::string& path, const KeySource* keys, Command
     Json json{{"kind", "frame"}};
     for (const FrameParameterField& field : FrameParameterFields())
       json[std::string(field.key)] = (*frame).*(field.member);
-    return json;
+    return Inspection{json, {}};
   }
   if (head.find("\"annulus-worn\"") != std::string_view::npos) {
     const auto worn = WornFrameFromJson(text, path);
     if (!worn) return Fail(worn);
-    return Json{{"kind", "worn frame"},
-                {"width_mm", worn->parameters.width},
-                {"tilt_deg", DegreesFromRadians(worn->tilt)},
-                {"forward_shift_mm", worn->forward_shift},
-                {"clearance_mm", worn->clearance}};
+    return Inspection{Json{{"kind", "worn frame"},
+                           {"width_mm", worn->parameters.width},
+                           {"tilt_deg", DegreesFromRadians(worn->tilt)},
+                           {"forward_shift_mm", worn->forward_shift},
+                           {"clearance_mm", worn->clearance}},
+                      {}};
   }
   if (head.find("\"annulus-model\"") != std::string_view::npos) {
     const auto model = ModelFromJson(text, path);
     if (!model) return Fail(model);
-    return InspectModel(*model);
+    return Inspection{InspectModel(*model), {}};
   }
   return Fail("inspect " + path, "it is neither a recording nor a model, frame or worn frame of annulus",
               "give a file that annulus wrote; points come in through 'annulus import'");
 }
 
+/// For people: the quality in words instead of its JSON.
+std::string InspectionText(Inspection inspection) {
+  if (!inspection.quality) return AsText(inspection.json);
+  inspection.json.erase("quality");
+  inspection.json.erase("verdict");
+  return AsText(inspection.json) + TextFromQuality(*inspection.quality);
+}
+
 Status Inspect(const InspectOptions& options, CommandIo& io) {
   const auto keys = OpenKeys(options.key_file);
   if (!keys) return Fail(keys);
-  const auto json = InspectFile(options.file, keys->get(), io);
-  if (!json) return Fail(json);
-  return options.json.empty() ? io.Print(AsText(*json)) : io.WriteJson(options.json, *json);
+  const auto inspection = InspectFile(options.file, keys->get(), io);
+  if (!inspection) return Fail(inspection);
+  if (!options.picture.empty()) {
+    if (!inspection->quality) {
+      return Fail("draw " + options.file, "it is not a recording", "give a recording; 'annulus render' draws models");
+    }
+    const auto picture = DrawQuality(*inspection->quality);
+    if (!picture) return Fail(picture);
+    RETURN_IF_ERROR(WritePngFile(io.storage(), options.picture, *picture));
+  }
+  return options.json.empty() ? io.Print(InspectionText(*inspection)) : io.WriteJson(options.json, inspection->json);
 }
 
 }  // namespace
@@ -284,6 +315,8 @@ void AddInspectCommand(CLI::App& app, CommandWork& chosen) {
   CLI::App* command = app.add_subcommand("inspect", "say what is in a recording, model, frame or worn frame");
   command->add_option("file", options->file, "any file of ours")->required();
   AddKeyFileOption(*command, options->key_file);
+  command->add_option("--picture", options->picture, "of a recording: what was seen of the body, unrolled")
+      ->type_name("F.png");
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus inspect scan.mcap");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Inspect(*options, io); }; });

@@ -187,7 +187,7 @@ Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storag
     return Fail(done);
   }
   const auto seconds = [](nanoseconds time) { return std::chrono::duration<double>(time).count(); };
-  ReplayOutcome outcome{run.comparer().comparison(), run.whole(), seconds(run.scan_time()),
+  ReplayOutcome outcome{run.comparer().comparison(), run.whole(), {}, {}, seconds(run.scan_time()),
                         seconds(clock.Now() - begin)};
   outcome.comparison.unknown_records = replay->unknown_records();
   if (faults != nullptr) {

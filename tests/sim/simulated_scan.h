@@ -53,8 +53,8 @@ inline Scan SimulateScan(const Subject& subject, const ScanPlan& plan, const Bea
     const double time_s = static_cast<double>(level.time.count()) * 1e-9;
     for (std::size_t sensor = 0; sensor < level.readings.size(); ++sensor) {
       RangeReading& reading = level.readings[sensor];
-      const BeamReading seen = beam.Measure(subject, scan.header.calibration.RayOf(sensor, reading.z_mm), time_s,
-                                            2.0 * kRadius, random);
+      const BeamReading seen =
+          beam.Measure(subject, scan.header.calibration.RayOf(sensor, reading.z_mm), time_s, 2.0 * kRadius, random);
       reading.range_mm = seen.range_mm;
       reading.quality = seen.quality;
     }

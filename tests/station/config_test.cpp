@@ -53,6 +53,11 @@ breathing = 0.01
 hair = true
 spectacles = true
 dark_patches = true
+cap = true
+loose_clothing = true
+step_aside_s = 8
+leave_s = 12.5
+raise_arm_s = 3
 )",
                                   "test.toml");
   ASSERT_TRUE(config) << config.error().Text();
@@ -71,6 +76,10 @@ dark_patches = true
   EXPECT_EQ(config->sim.subject, "head");
   EXPECT_EQ(config->sim.noise_mm, 0.25);
   EXPECT_TRUE(config->sim.hair && config->sim.spectacles && config->sim.dark_patches);
+  EXPECT_TRUE(config->sim.cap && config->sim.loose_clothing);
+  EXPECT_EQ(config->sim.step_aside_s, 8.0);
+  EXPECT_EQ(config->sim.leave_s, 12.5);
+  EXPECT_EQ(config->sim.raise_arm_s, 3.0);
 }
 
 /// The message of a configuration that must be refused.
