@@ -33,21 +33,22 @@ class Handle {
 
 void Check(herr_t status) { ENSURE(status >= 0, "HDF5 does what it is asked"); }
 
-/// A text of fixed length, UTF-8.
+/// A text of fixed length, or of H5T_VARIABLE, UTF-8.
 Handle TextType(std::size_t length) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   ENSURE(type >= 0, "HDF5 has a type for text");
   Check(H5Tset_size(type, std::max<std::size_t>(length, 1)));
   Check(H5Tset_cset(type, H5T_CSET_UTF8));
-  Check(H5Tset_strpad(type, H5T_STR_NULLPAD));
+  if (length != H5T_VARIABLE) Check(H5Tset_strpad(type, H5T_STR_NULLPAD));
   return Handle(type, H5Tclose);
 }
 
 void PutAttribute(hid_t object, const char* name, const std::string& text) {
-  const Handle type = TextType(text.size());
+  const Handle type = TextType(H5T_VARIABLE);  // what readers take for a text without being told
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle attribute(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (!text.empty()) Check(H5Awrite(attribute.get(), type.get(), text.data()));
+  const char* const data = text.c_str();
+  Check(H5Awrite(attribute.get(), type.get(), &data));
 }
 
 /// Rows and columns of a dataset; no columns: one dimension.
