@@ -52,6 +52,10 @@ TEST_P(Damaged, H7_TheRecordingThatWasInterruptedOutlivesTheNextOne) {
   Expect(StartAgain(Program(), ByEffort({100, 500, 5'000, 50'000})), "start after a cut");
 }
 
+TEST_P(Damaged, P6_IsRecoveredAtTheNextStartEvenIfThePowerGoesInTheMidstOfIt) {
+  Expect(StartUpTwice(Program(), ByEffort({40, 300, 5'000, 50'000})), "start-up, twice");
+}
+
 TEST_P(Damaged, RecoveredIsWholeAndRecoveringItAgainChangesNothing) {
   Expect(Recover(Program(), ByEffort({40, 200, 5'000, 50'000})), "recovery");
 }

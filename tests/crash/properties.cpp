@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/ensure.h"
+#include "acquisition/recording_recovery.h"
 #include "tests/acquisition/scan_fixture.h"
 
 namespace annulus::test {
@@ -198,6 +198,54 @@ Tally StartAgain(const Subject& subject, std::uint64_t states) {
     if (most < durable) {
       tally.Violate(tally.durable_lost, "seed " + std::to_string(seed) + ": the interrupted recording is gone");
     }
+  }
+  return tally;
+}
+
+namespace {
+
+/// Whether the disk of a program that has started holds the recording, finished.
+void CheckStarted(const Trace& trace, const CrashDisk::Files& files, std::size_t durable, const std::string& place,
+                  Tally& tally) {
+  std::size_t most = 0;
+  for (const auto& [path, bytes] : files) {
+    if (path.find(".part-") != std::string::npos)
+      tally.Violate(tally.unreadable, place + ": " + path + " is left open");
+    const auto read = HonestReader(bytes);
+    if (!read) continue;
+    CheckNothingFalse(*read, trace, place, tally);
+    if (read->report.finished) most = std::max(most, read->scan.levels.size());
+  }
+  if (most < durable) {
+    tally.Violate(tally.durable_lost, place + ": " + std::to_string(durable) + " levels were durable, a finished " +
+                                          "recording has " + std::to_string(most));
+  }
+}
+
+}  // namespace
+
+Tally StartUpTwice(const Subject& subject, std::uint64_t states) {
+  Tally tally;
+  const Trace trace = RecordOne(subject, 12);
+  const std::string folder = trace.path.substr(0, trace.path.rfind('/'));
+  for (std::uint64_t seed = 1; seed <= states; ++seed) {
+    const PowerCut cut = DrawCut(trace, seed);
+    const std::size_t durable = trace.DurableLevels(cut);
+    if (durable == 0) continue;
+    ++tally.states;
+    CrashDisk first(trace.disk->AfterPowerCut(cut));
+    const std::size_t at_start = first.journal().size();
+    (void)RecoverOpenRecordings(first, folder, &CrashKeys());
+    Dice dice(seed);
+    PowerCut again;
+    again.entries = at_start + dice.Below(first.journal().size() - at_start + 1);
+    if (again.entries < first.journal().size()) {
+      again.torn_bytes = dice.Below(first.journal()[again.entries].bytes.size() + 1);
+    }
+    again.seed = dice.Next();
+    CrashDisk second(first.AfterPowerCut(again));
+    (void)RecoverOpenRecordings(second, folder, &CrashKeys());
+    CheckStarted(trace, second.Live(), durable, "seed " + std::to_string(seed), tally);
   }
   return tally;
 }
