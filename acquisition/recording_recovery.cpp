@@ -40,11 +40,13 @@ class Survey final : public McapListener {
     const Entries& entries = metadata.entries;
     if (metadata.name == kScanRecordName) {
       const std::string json = EntryOf(entries, kJsonKey);
-      if (!header_json && Sha256OfText(json) == EntryOf(entries, kSha256Key)) header_json = json;
+      if (header_json || Sha256OfText(json) != EntryOf(entries, kSha256Key)) return;
+      header_json = json;
+      recording_id = RecordingId(json);
     } else if (metadata.name == kEndRecordName) {
       const std::string text =
           EntryOf(entries, kLevelCountKey) + EntryOf(entries, kScanHashKey) + EntryOf(entries, kMessageCountsKey);
-      if (Sha256OfText(text) == EntryOf(entries, kSha256Key)) end = entries;
+      if (Sha256OfText(text) == EntryOf(entries, kSha256Key) && IsOfRecording(entries, recording_id)) end = entries;
     } else if (metadata.name == kRecoveryRecordName) {
       if (Sha256OfText(EntryOf(entries, kJsonKey)) == EntryOf(entries, kSha256Key)) recovery = entries;
     } else {
@@ -53,6 +55,7 @@ class Survey final : public McapListener {
   }
   void OnSchema(const McapSchema& schema) override { schemas_.emplace(schema.id, schema); }
   void OnMessage(const McapChannel& channel, const McapMessage& message) override {
+    if (!IsOfRecording(channel.metadata, recording_id)) return;
     std::uint64_t& next = next_sequence[channel.topic];
     next = std::max(next, std::uint64_t{message.sequence} + 1);
     if (IsOurTopic(channel.topic) || foreign_.size() == kMaxForeign || !topics_.insert(channel.topic).second) return;
@@ -77,6 +80,7 @@ class Survey final : public McapListener {
   }
 
   std::optional<std::string> header_json;
+  std::string recording_id;
   std::optional<Entries> end;
   std::optional<Entries> recovery;                     ///< Of a recovery before this one.
   std::vector<McapMetadata> others;                    ///< Of a kind that we do not know.
@@ -113,13 +117,14 @@ class MessageDigest final : public McapListener {
 /// Second pass: every chunk of the old file becomes one of the new file.
 class Copier final : public McapListener {
  public:
-  Copier(McapWriter& writer, const McapPreamble& preamble) : writer_(writer) {
+  Copier(McapWriter& writer, const McapPreamble& preamble, std::string recording_id)
+      : writer_(writer), recording_id_(std::move(recording_id)) {
     for (const McapChannel& channel : preamble.channels) ids_[channel.topic] = channel.id;
   }
   void OnMetadata(const McapMetadata&) override {}
   void OnMessage(const McapChannel& channel, const McapMessage& message) override {
     const auto id = ids_.find(channel.topic);
-    if (id == ids_.end()) return;
+    if (id == ids_.end() || !IsOfRecording(channel.metadata, recording_id_)) return;
     std::uint64_t& next = next_[channel.topic];
     if (message.sequence < next) return;  // stands twice in the file
     next = std::uint64_t{message.sequence} + 1;
@@ -137,6 +142,7 @@ class Copier final : public McapListener {
 
  private:
   McapWriter& writer_;
+  std::string recording_id_;
   std::map<std::string, std::uint16_t> ids_;
   std::map<std::string, std::uint64_t> next_;
   std::vector<McapMessage> messages_;  ///< Borrow from the reader's chunk, until its end.
@@ -245,6 +251,7 @@ Entries EndOf(const Source& source) {
   return {{kLevelCountKey, count},
           {kScanHashKey, hash},
           {kMessageCountsKey, messages},
+          {kRecordingKey, source.survey.recording_id},
           {kSha256Key, Sha256OfText(count + hash + messages)}};
 }
 
@@ -258,7 +265,7 @@ Result<std::string> WriteCopy(Storage& storage, const std::string& path, const S
   McapWriter writer(std::move(target), McapCompression::kZstd);
   const McapPreamble preamble = source.survey.Preamble(source.recording.scan.header.program_version);
   RETURN_IF_ERROR(writer.WritePreamble(preamble));
-  Copier copier(writer, preamble);
+  Copier copier(writer, preamble, source.survey.recording_id);
   const auto read = ReadMcap(source.bytes, source.name, copier);
   if (!read) return Fail(read);
   RETURN_IF_ERROR(copier.status());

@@ -19,17 +19,17 @@ struct Property {
   Tally (*check)(const Subject& subject);
 };
 
-constexpr std::uint64_t kCuts = 1'000;
+constexpr std::uint64_t kCuts = 600;
 
 const Property kProperties[] = {
     {"rearranged writes", [](const Subject& subject) { return RearrangeWrites(subject, 6); }},
-    {"recovery", [](const Subject& subject) { return Recover(subject, 30); }},
+    {"recovery", [](const Subject& subject) { return Recover(subject, 20); }},
     {"start after a cut", [](const Subject& subject) { return StartAgain(subject, 40); }},
     {"failing calls", [](const Subject& subject) { return FailEveryCall(subject, 6); }},
     {"power cut",
      [](const Subject& subject) { return CutPower(RecordAtBothRates(subject), subject.reader, 1, kCuts); }},
-    {"cut file", [](const Subject& subject) { return CutTheFile(subject, 6, 17); }},
-    {"flipped bits", [](const Subject& subject) { return FlipBits(subject, 6, 13); }},
+    {"cut file", [](const Subject& subject) { return CutTheFile(subject, 6, 43); }},
+    {"flipped bits", [](const Subject& subject) { return FlipBits(subject, 6, 29); }},
 };
 
 /// The first property that the subject does not have, with what was seen; empty: it has all.

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "acquisition/recording.h"
+#include "effort.h"
 #include "forwarding_storage.h"
 #include "planted_defects.h"
 #include "tests/acquisition/scan_fixture.h"
@@ -232,11 +233,8 @@ KillTally KillMany(std::uint64_t kills, DiskWriterMode mode, StorageAround aroun
 
 std::unique_ptr<Storage> NothingAround(Storage& below) { return std::make_unique<test::ForwardingStorage>(below); }
 
-/// In each mode 50 kills; ANNULUS_LONG: 250; ANNULUS_SOAK: 10,000.
-std::uint64_t Kills() {
-  if (std::getenv("ANNULUS_SOAK") != nullptr) return 10'000;
-  return std::getenv("ANNULUS_LONG") != nullptr ? 250 : 50;
-}
+/// In each of the two modes.
+std::uint64_t Kills() { return test::ByEffort({20, 50, 250, 10'000}); }
 
 /// P1.
 TEST(Kill, H1_LosesNoAcknowledgedLevelAndLeavesAtMostTheOneBeingWrittenMore) {

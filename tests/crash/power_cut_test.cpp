@@ -1,14 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <iostream>
 #include <utility>
 
+#include "effort.h"
 #include "survival.h"
 
 namespace annulus {
 namespace {
 
+using test::ByEffort;
 using test::CheckPowerCut;
 using test::CutPower;
 using test::DrawCut;
@@ -25,11 +26,7 @@ using test::Trace;
 /// Chunks of one level are longer than half a sector here: at most two of them lie in one.
 constexpr std::uint64_t kLevelsInASector = 2;
 
-/// 20,000 states; ANNULUS_LONG: 200,000; ANNULUS_SOAK: 5,000,000.
-std::uint64_t States() {
-  if (std::getenv("ANNULUS_SOAK") != nullptr) return 5'000'000;
-  return std::getenv("ANNULUS_LONG") != nullptr ? 200'000 : 20'000;
-}
+std::uint64_t States() { return ByEffort({2'000, 20'000, 200'000, 5'000'000}); }
 
 TEST(PowerCut, D11_KeepsEverySyncedLevelAndReturnsNoFalseOne) {
   std::vector<Trace> traces = RecordAtBothRates(Subject());
@@ -65,7 +62,7 @@ TEST(PowerCut, ReturnsNoLevelOfAnOlderRecordingFromSectorsThatWereNeverWritten) 
     const Trace older = Record({.levels_per_s = trace.levels_per_s, .content = 1});
     trace.disk->set_stale_bytes(older.disk->Live().at(older.path));
   }
-  const Tally tally = CutPower(traces, HonestReader, 1, States() / 2);
+  const Tally tally = CutPower(traces, HonestReader, 1, States() / 4);
   std::cout << tally.Line("power cut, stale sectors") << "\n";
   EXPECT_TRUE(tally.ok()) << tally.first;
 }

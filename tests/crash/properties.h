@@ -24,6 +24,10 @@ Tally RearrangeWrites(const Subject& subject, std::uint32_t levels);
 /// H7: after a power cut a new recording of the same name begins; the one that was interrupted stays readable.
 Tally StartAgain(const Subject& subject, std::uint64_t states);
 
+/// P6: after a power cut the program starts and recovers what it finds, the power goes again in the midst of that, and
+/// the program starts again: every durable level is in a finished recording, and nothing is left open.
+Tally StartUpTwice(const Subject& subject, std::uint64_t states);
+
 /// What is left of power cuts and of flipped bits, recovered: whole, the same levels, the original untouched, loss
 /// told, the same bytes when it is done again.
 Tally Recover(const Subject& subject, std::uint64_t states);

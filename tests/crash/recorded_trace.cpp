@@ -122,7 +122,7 @@ void WriteLevels(RecordingWriter& writer, Witness& witness, Trace& trace) {
 RecordingOptions OptionsFor(const TracePlan& plan) {
   RecordingOptions options;
   options.reserve_bytes = std::uint64_t{1} << 16U;
-  if (plan.sealing == Sealing::kSealed) options.keys = &TestKeys();
+  if (plan.sealing == Sealing::kSealed) options.keys = &CrashKeys();
   return options;
 }
 

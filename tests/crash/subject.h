@@ -8,9 +8,9 @@
 namespace annulus::test {
 
 /// The key of every sealed recording here.
-const KeySource& TestKeys();
+const KeySource& CrashKeys();
 
-/// How bytes become a recording: ParseRecording with TestKeys, or a planted defect around it.
+/// How bytes become a recording: ParseRecording with CrashKeys, or a planted defect around it.
 using Reader = std::function<Result<Recording>(std::span<const std::byte> bytes)>;
 Result<Recording> HonestReader(std::span<const std::byte> bytes);
 

@@ -12,7 +12,7 @@ struct Tally {
   std::uint64_t states = 0;
   std::uint64_t levels = 0;         ///< Returned.
   std::uint64_t false_levels = 0;   ///< Returned, but not as written, or out of order.
-  std::uint64_t false_records = 0;  ///< The same of axis points and events.
+  std::uint64_t false_records = 0;  ///< The same of axis points, events, raw records, safety lines.
   std::uint64_t false_headers = 0;
   std::uint64_t durable_lost = 0;       ///< Promised levels that are not there.
   std::uint64_t most_durable_lost = 0;  ///< In one state.
@@ -32,7 +32,7 @@ struct Tally {
 /// Whether every value of a recording is one that was written, in order; `place` goes into the tally's words.
 void CheckNothingFalse(const Recording& read, const Trace& trace, const std::string& place, Tally& tally);
 
-/// Whether the report of damage agrees with the levels returned. `all`: levels that the file had when it was whole.
+/// Whether the report of damage agrees with the levels returned.
 void CheckReport(const Recording& read, const Trace& trace, const std::string& place, Tally& tally);
 
 /// Levels that a power cut may cost at this rate (RELIABILITY P2: 100 ms, one write, one sync in progress).
