@@ -57,7 +57,8 @@ FaultRig::FaultRig(FaultRigOptions options)
   wall_.JumpWall(kSinceTheClockWasSane);
   clock_.Start([this] { Tick(); });
   ticking_ = false;
-  EXPECT_TRUE(Open());
+  opened_ = Open();
+  if (options_.opens && !opened_) ADD_FAILURE() << opened_.message();
 }
 
 FaultRig::~FaultRig() {

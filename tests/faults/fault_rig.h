@@ -26,6 +26,7 @@ struct FaultRigOptions {
   ScannerOptions scanner;
   sim::FaultPlan plan;
   sim::ModbusNumbering link = sim::ModbusNumbering::kTransaction;
+  bool opens = true;  ///< The devices must open, and the start-up test be made; otherwise the test fails.
 };
 
 /// The plan of a row of the fault matrix: tests/faults/plans/<row>.json. A test that asks for one that is not there, or
@@ -110,6 +111,8 @@ class FaultRig {
   [[nodiscard]] std::optional<nanoseconds> fault_time() const;
   /// Orders of the program that motion follows: what the drive obeyed.
   [[nodiscard]] std::size_t motions() { return drive().motion_log().size(); }
+  /// Whether the devices are open, and how the test at the start went. Nothing may be asked of a rig that is not open.
+  [[nodiscard]] const testing::AssertionResult& opened() const { return opened_; }
   [[nodiscard]] const Status& begun() const { return begun_; }
   /// Levels of a whole scan of this rig.
   [[nodiscard]] static std::uint64_t WholeScan();
@@ -150,6 +153,7 @@ class FaultRig {
   std::function<bool()> done_;  ///< What RunUntil waits for.
   nanoseconds patience_ends_{0};
   bool came_ = false;
+  testing::AssertionResult opened_ = testing::AssertionFailure();
   Status begun_;
   bool ticking_ = true;
   bool hot_ = false;  ///< As the computer says.
