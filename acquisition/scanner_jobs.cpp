@@ -22,8 +22,7 @@ constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the d
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
 constexpr std::uint64_t kScansOfSpace = 5;
-constexpr std::uint64_t kBytesPerReading = 64;  ///< Of a recording with raw bytes, before it is packed; generous.
-constexpr milliseconds kReopenPatience{300};    ///< One attempt to find lost devices, in the background.
+constexpr milliseconds kReopenPatience{300};  ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
 /// A wall clock before this was never set.
@@ -339,9 +338,7 @@ Status Scanner::State::ProveRing() {
 }
 
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
-  const std::uint64_t needed =
-      std::uint64_t{plan.TotalLevels()} * devices.ring.limits().sensor_count * kBytesPerReading +
-      (std::uint64_t{1} << 20);
+  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), devices.ring.limits().sensor_count);
   const auto room = storage.FreeBytes(armed.out);
   if (!room) return Fail(room);
   if (*room < kScansOfSpace * needed) {
@@ -353,6 +350,7 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   ScanHeader header = armed.header;
   header.plan_json = PlanJson(plan);
   header.wall_start_ns = clock.WallNow().count();
+  header.machine = Machine();
   RecordingOptions recording = options.recording;
   recording.reserve_bytes = needed;
   auto made = RecordingWriter::Create(storage, armed.out, header, recording);
@@ -367,6 +365,25 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
     RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
   }
   return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
+}
+
+RecordedMachine Scanner::State::Machine() const {
+  RecordedMachine machine_now;
+  machine_now.ring_bus = armed.header.machine.ring_bus;
+  for (const RingBoard& board : devices.ring.boards()) {
+    machine_now.boards.push_back(
+        {board.serial, board.first_sensor, board.sensor_count, board.protocol_version, board.firmware_version});
+  }
+  const AxisIdentity& identity = devices.axis.identity();
+  machine_now.axis_serial = identity.serial;
+  machine_now.axis_protocol_version = identity.protocol_version;
+  machine_now.axis_firmware_version = identity.firmware_version;
+  machine_now.axis_z_min_mm = identity.limits.z_min.value();
+  machine_now.axis_z_max_mm = identity.limits.z_max.value();
+  machine_now.axis_max_speed_mm_s = identity.limits.max_speed.value();
+  machine_now.axis_max_acceleration_mm_s2 = identity.limits.max_acceleration.value();
+  machine_now.level_rate_hz = plan.level_rate_hz;
+  return machine_now;
 }
 
 // --- scanning ---
@@ -469,6 +486,7 @@ Status Scanner::State::DrainLogs() {
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(DrainLogs());
   RETURN_IF_ERROR(writer->AppendLevel(level));
+  if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
   return {};
 }

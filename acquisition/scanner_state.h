@@ -71,6 +71,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status Check(ArmReport& report);
   Status ProveRing();
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
+  [[nodiscard]] RecordedMachine Machine() const;
   void Scan();
   void Search();
   void Conclude(Result<ScanSummary> summary);
