@@ -53,11 +53,12 @@ std::uint64_t FaultRig::WholeScan() { return ScannerRig::ShortPlan().TotalLevels
 FaultRig::FaultRig(FaultRigOptions options)
     : options_(std::move(options)),
       booth_(std::move(options_.booth), clock_),
-      link_(booth_.axis_link(), clock_, options_.link) {
+      injector_(options_.plan, booth_, clock_, {options_.link}) {
   wall_.JumpWall(kSinceTheClockWasSane);
   clock_.Start([this] { Tick(); });
   ticking_ = false;
-  EXPECT_TRUE(Open());
+  opened_ = Open();
+  if (options_.opens && !opened_) ADD_FAILURE() << opened_.message();
 }
 
 FaultRig::~FaultRig() {
@@ -68,7 +69,8 @@ FaultRig::~FaultRig() {
 
 testing::AssertionResult FaultRig::Open() {
   life_ = {};
-  auto ring = MakeUsbRangeRing(booth_.usb_ports(), {}, worker_clock_);
+  injector_.Revive();
+  auto ring = OpenUsbRangeRing(injector_.usb_host(), {}, worker_clock_);
   if (!ring) return testing::AssertionFailure() << ring.error().Text();
   ring_ = std::move(*ring);
   auto axis = MakeModbusScanAxis(watched_link_, {}, worker_clock_);
@@ -76,17 +78,24 @@ testing::AssertionResult FaultRig::Open() {
   axis_ = std::move(*axis);
   auto lines = booth_.safety().Request({}, InterlockWiring::Default().Lines());
   if (!lines) return testing::AssertionFailure() << lines.error().Text();
-  std::unique_ptr<GpioLines> made = std::move(*lines);
-  if (options_.gpio) made = std::make_unique<sim::FaultyGpioLines>(std::move(made), *options_.gpio, clock_);
-  auto interlock = MakeInterlock(std::make_unique<MortalLines>(std::move(made), life_), wall_);
+  auto interlock =
+      MakeInterlock(std::make_unique<MortalLines>(injector_.WrapLines(std::move(*lines)), life_), wall_);
   if (!interlock) return testing::AssertionFailure() << interlock.error().Text();
   interlock_ = std::move(*interlock);
   ScannerOptions scanner_options = options_.scanner;
   scanner_options.on_level = [this, told = options_.scanner.on_level](const ScanLevel& level) {
-    ++levels_[recording_];
+    injector_.NoteLevel(levels_[recording_]++);
     if (told) told(level);
   };
-  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, storage_,
+  if (!scanner_options.host_checks) {
+    scanner_options.host_checks = [this] {
+      std::vector<ArmCheck> checks;
+      checks.push_back(
+          {"temperature", hot_ ? Fail("arm a scan", "the computer is too hot", "let it cool down") : Status{}});
+      return checks;
+    };
+  }
+  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, disk_,
                                        wall_, std::move(scanner_options));
   begun_ = scanner_->Begin();
   watch_.Watch(scanner_.get());
@@ -102,6 +111,8 @@ void FaultRig::Tick() {
   // After a hang the clock's ticks of meanwhile come all at once; a control loop leaves them out.
   if (now == last_tick_) return;
   last_tick_ = now;
+  injector_.NoteState(scanner_ ? ScanStateText(state()) : "SAFE");
+  FollowHost();
   if (on_tick) on_tick();
   if (hang_ > nanoseconds(0)) {
     watch_.Interrupted();
@@ -117,6 +128,28 @@ void FaultRig::Tick() {
     watch_.WithoutTick();
   }
   LookWhetherDone();
+}
+
+void FaultRig::FollowHost() {
+  sim::HostCondition host = injector_.host();
+  if (host.killed && life_.alive) Kill();
+  if (host.hangs) watch_.Interrupted();
+  for (; host.hangs; host = injector_.host()) clock_.SleepUntil(clock_.Now() + milliseconds(10));
+  if (host.late > nanoseconds(0)) DelayTicks(host.late);
+  if (host.dead_thread(sim::HostThread::kWorker)) KillWorker();
+  if (host.dead_thread(sim::HostThread::kControl)) KillControl();
+  hot_ = host.hot;
+  if (clock_.Now() > last_tick_) {
+    watch_.Interrupted();
+    last_tick_ = clock_.Now();
+  }
+}
+
+std::optional<nanoseconds> FaultRig::fault_time() const {
+  for (const sim::FaultEvent& event : injector_.log()) {
+    if (event.begins) return event.time;
+  }
+  return std::nullopt;
 }
 
 void FaultRig::Work() {

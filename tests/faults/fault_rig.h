@@ -12,9 +12,8 @@
 
 #include "acquisition/scanner.h"
 #include "sim/booth.h"
+#include "sim/fault_injector.h"
 #include "sim/fault_plan.h"
-#include "sim/faulty_gpio_lines.h"
-#include "sim/faulty_modbus_link.h"
 #include "tests/faults/baton.h"
 #include "tests/faults/invariant_watch.h"
 #include "tests/faults/seams.h"
@@ -27,7 +26,7 @@ struct FaultRigOptions {
   ScannerOptions scanner;
   sim::FaultPlan plan;
   sim::ModbusNumbering link = sim::ModbusNumbering::kTransaction;
-  std::optional<sim::GpioFaultPlan> gpio;
+  bool opens = true;  ///< The devices must open, and the start-up test be made; otherwise the test fails.
 };
 
 /// The plan of a row of the fault matrix: tests/faults/plans/<row>.json. A test that asks for one that is not there, or
@@ -95,7 +94,8 @@ class FaultRig {
   [[nodiscard]] sim::BoothDevices& booth() { return booth_; }
   [[nodiscard]] sim::AxisDriveModel& drive() { return booth_.drive(); }
   [[nodiscard]] sim::SafetyChain& chain() { return booth_.safety(); }
-  [[nodiscard]] sim::FaultyModbusLink& link() { return link_; }
+  [[nodiscard]] sim::FaultInjector& injector() { return injector_; }
+  [[nodiscard]] sim::FaultyModbusLink& link() { return injector_.faulty_link(); }
   [[nodiscard]] SettableClock& wall() { return wall_; }
   [[nodiscard]] test::TestStorage& storage() { return storage_; }
   [[nodiscard]] InvariantWatch& watch() { return watch_; }
@@ -108,8 +108,11 @@ class FaultRig {
   }
   [[nodiscard]] const std::string& recording() const { return recording_; }
   /// When the plan's first fault began; nothing: not yet.
-  [[nodiscard]] std::optional<nanoseconds> fault_time() const { return fault_time_; }
-  void NoteFault() { fault_time_ = clock_.Now(); }
+  [[nodiscard]] std::optional<nanoseconds> fault_time() const;
+  /// Orders of the program that motion follows: what the drive obeyed.
+  [[nodiscard]] std::size_t motions() { return drive().motion_log().size(); }
+  /// Whether the devices are open, and how the test at the start went. Nothing may be asked of a rig that is not open.
+  [[nodiscard]] const testing::AssertionResult& opened() const { return opened_; }
   [[nodiscard]] const Status& begun() const { return begun_; }
   /// Levels of a whole scan of this rig.
   [[nodiscard]] static std::uint64_t WholeScan();
@@ -119,6 +122,8 @@ class FaultRig {
  private:
   testing::AssertionResult Open();
   void Tick();
+  /// Lets the plan's faults of the computer happen.
+  void FollowHost();
   /// The worker's thread.
   void Work();
   void EndWorker();
@@ -130,14 +135,15 @@ class FaultRig {
   FaultRigOptions options_;
   InterleavedClock clock_{milliseconds(10)};
   ProcessLife life_;
-  SettableClock wall_{clock_};
-  MortalClock mortal_{wall_, life_};
-  BeatClock worker_clock_{mortal_};
   sim::BoothDevices booth_;
   test::TestStorage storage_;
+  sim::FaultInjector injector_;
+  SettableClock wall_{injector_.WrapClock(clock_)};
+  MortalClock mortal_{wall_, life_};
+  BeatClock worker_clock_{mortal_};
   InvariantWatch watch_{booth_, clock_};
-  sim::FaultyModbusLink link_;
-  WatchedLink watched_link_{link_, watch_, life_};
+  Storage& disk_{injector_.WrapStorage(storage_)};
+  WatchedLink watched_link_{injector_.axis_link(), watch_, life_};
   PermissiveGate gate_;
   std::unique_ptr<RangeRing> ring_;
   std::unique_ptr<ScanAxis> axis_;
@@ -147,14 +153,15 @@ class FaultRig {
   std::function<bool()> done_;  ///< What RunUntil waits for.
   nanoseconds patience_ends_{0};
   bool came_ = false;
+  testing::AssertionResult opened_ = testing::AssertionFailure();
   Status begun_;
   bool ticking_ = true;
+  bool hot_ = false;  ///< As the computer says.
   nanoseconds hang_{0};
   nanoseconds late_until_{-1};
   nanoseconds last_tick_{-1};
   nanoseconds next_act_{0};
   int resets_left_ = 0;
-  std::optional<nanoseconds> fault_time_;
   std::string recording_ = "scan.mcap";
   std::map<std::string, std::uint64_t> levels_;
 };
