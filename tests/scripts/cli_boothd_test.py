@@ -76,6 +76,8 @@ class Boothd(ProgramTest):
         status = client.wait(lambda s: s["arm"] is not None and s["job"] == "", "no arm report")
         self.assertTrue(status["arm"]["passed"], status["arm"])
         client.wait_state("ARMED")
+        presses = client.status["start_presses"]
+        client.wait(lambda s: s["start_presses"] > presses, "the simulated operator does not press the start key")
         return client.status["version"]
 
     def scanning(self, client, levels):
