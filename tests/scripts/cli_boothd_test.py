@@ -2,6 +2,7 @@
 """annulus boothd: the simulated booth in real time, in a process of its own, over its socket; and what becomes of a
 scan when that process is stopped, killed, or stands still."""
 
+import functools
 import glob
 import json
 import os
@@ -33,17 +34,51 @@ level_rate_hz = 20
 """
 
 
+def in_real_time(test):
+    """Runs a test again, in a folder of its own, when the booth stopped because this machine was too busy for real
+    time: that it stops then is right, and tested in virtual time; here it says nothing."""
+
+    @functools.wraps(test)
+    def run(self):
+        for attempt in range(5):
+            self.begin(f"run{attempt}")
+            try:
+                return test(self)
+            except (AssertionError, Refused, TimeoutError, EOFError):
+                if not self.was_too_busy():
+                    raise
+            for process in self.processes:
+                self.end(process)
+        return self.skipTest("this machine is too busy for real time")
+
+    return run
+
+
 class Boothd(ProgramTest):
     def setUp(self):
         super().setUp()
+        self.top = self.folder
+
+    def begin(self, folder):
+        self.folder = os.path.join(self.top, folder)
+        os.mkdir(self.folder)
         self.write("booth.toml", CONFIG)
-        self.socket_path = self.path("booth.sock")
+        self.socket_path = self.path("s")
+        self.processes = []
+        self.clients = []
+
+    def was_too_busy(self):
+        return any("host_late" in text or "tick was late" in text for text in (json.dumps(c.status) for c in self.clients))
+
+    def tearDown(self):
+        for process in self.processes:
+            self.end(process)
 
     def serve(self):
         process = subprocess.Popen(
             [self.program, "boothd", "--config", "booth.toml", "--socket", self.socket_path, "--recordings", "scans"],
             cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.end, process)
+        self.processes.append(process)
         line = process.stdout.readline()
         self.assertTrue(line.startswith("serving the booth on "), (line, process.poll()))
         return process
@@ -58,6 +93,7 @@ class Boothd(ProgramTest):
     def connect(self, **hello):
         client = BoothSocket(self.socket_path, patience=60.0 * TIME_FACTOR)
         self.addCleanup(client.close)
+        self.clients.append(client)
         client.hello(**hello)
         return client
 
@@ -85,9 +121,12 @@ class Boothd(ProgramTest):
         version = self.arm(client, "long", "long.mcap")
         client.ask("subscribe", levels=1)
         client.ask("start", version=version)
+        client.wait(lambda s: s["state"] == "SCANNING", "it does not start")
         while len(client.levels) < levels:
             client.receive()
+            self.assertEqual(client.status["state"], "SCANNING", client.status)
 
+    @in_real_time
     def test_a_scan_over_the_socket(self):
         process = self.serve()
         self.assertEqual(stat.S_IMODE(os.stat(self.socket_path).st_mode), 0o660)
@@ -135,19 +174,21 @@ class Boothd(ProgramTest):
         self.assertEqual((said["type"], said["state"]), ("status", "IDLE"))
         self.fails("boothd", "--socket", self.socket_path, "--ask", "home", naming=["another session controls"])
         self.terminate(process)
-        self.fails("boothd", "--socket", self.socket_path, "--ask", "status", naming=["booth.sock"])
+        self.fails("boothd", "--socket", self.socket_path, "--ask", "status", naming=["connect to the socket"])
 
     def fails_second_boothd(self):
         done = self.run_program("boothd", "--config", "booth.toml", "--socket", self.socket_path)
         self.assertEqual(done.returncode, 1)
         self.assertIn("another boothd serves it", done.stderr)
 
+    @in_real_time
     def test_sigterm_stops_a_scan_in_order_and_keeps_it(self):
         process = self.serve()
         self.scanning(self.connect(), 5)
         self.terminate(process)
         self.assertGreaterEqual(self.succeeds_json("inspect", "scans/long.mcap")["levels"], 5)
 
+    @in_real_time
     def test_a_scan_goes_on_without_its_session_and_anybody_can_stop_it(self):
         process = self.serve()
         client = self.connect()
@@ -164,6 +205,7 @@ class Boothd(ProgramTest):
         self.assertTrue(viewer.status["scan"]["summary"]["cancelled"])
         self.terminate(process)
 
+    @in_real_time
     def test_killed_in_a_scan_it_leaves_what_it_took_and_starts_again_in_safe(self):
         process = self.serve()
         client = self.connect()
@@ -188,6 +230,7 @@ class Boothd(ProgramTest):
         self.assertEqual(done.returncode, 3, done.stderr)
         return self.succeeds_json("inspect", "saved.mcap")["levels"]
 
+    @in_real_time
     def test_a_process_that_stood_still_wakes_up_in_safe_and_says_why(self):
         process = self.serve()
         client = self.connect()
