@@ -238,12 +238,14 @@ void CanBoardModel::TakeSync(std::uint8_t counter, nanoseconds time) {
   level.sequence = sequence_;
   level.edge = time;
   level.run = run_;
-  events_.emplace(core_.ReadyTime(sequence_, fire), level);
+  events_.emplace(core_.ReadyTime(sequence_, fire, sync_.period_ns), level);
 }
 
 void CanBoardModel::SendLevel(const Event& event) {
-  LevelFrame level = core_.Measure(event.sequence, core_.FireTime(event.sequence, event.edge));
-  level.status = status_;
+  const nanoseconds fire = core_.FireTime(event.sequence, event.edge);
+  if (core_.faults().Value(BoardFaultKind::kSilent, fire)) return;
+  LevelFrame level = core_.Measure(event.sequence, fire);
+  level.status |= status_;
   if (options_.fd) {
     outgoing_.push_back(EncodeCanFdLevel(options_.node, level));
     return;
@@ -289,7 +291,8 @@ ReadResult CanBoardModel::ReadObject(SdoAddress address) const {
   if (heard(kObjectDeviceName)) return Text(kDeviceName);
   if (heard(kObjectFirmwareVersion)) {
     const auto& version = kBoardFirmwareVersion;
-    return Text(std::to_string(version[0]) + "." + std::to_string(version[1]) + "." + std::to_string(version[2]));
+    return Text(std::to_string(Claim(BoardFaultKind::kFirmware, version[0])) + "." + std::to_string(version[1]) + "." +
+                std::to_string(version[2]));
   }
   if (heard(kObjectEmergencyId)) return ObjectBytes(CobIdOf(CobId::kEmergency, options_.node));
   if (heard(kObjectHeartbeat)) return ObjectBytes(heartbeat_ms_);
@@ -306,8 +309,8 @@ ReadResult CanBoardModel::ReadObject(SdoAddress address) const {
     if (address.sub_index == 2) return ObjectBytes(kEverySync);
     return Refuse(SdoAbort::kNoSubIndex);
   }
-  if (heard(kObjectProtocolVersion)) return ObjectBytes(protocol_version_);
-  if (heard(kObjectFirstSensor)) return ObjectBytes(first_sensor_);
+  if (heard(kObjectProtocolVersion)) return ObjectBytes(Claim(BoardFaultKind::kProtocol, protocol_version_));
+  if (heard(kObjectFirstSensor)) return ObjectBytes(Claim(BoardFaultKind::kPlace, first_sensor_));
   if (heard(kObjectSensorCount)) return ObjectBytes(static_cast<std::uint8_t>(kSensorsPerBoard));
   if (address.index == kObjectMinLevelRate.index && address.sub_index == 0) return Count(2);
   if (heard(kObjectMinLevelRate)) return ObjectBytes(kBoardMinLevelRateMhz);

@@ -53,6 +53,9 @@ class CanBoardModel final : public CanStation {
   /// Another board, of this serial number, is in its place from now on. Requires that it is without power.
   void ExchangeFor(std::uint32_t serial);
 
+  /// What else is wrong with the board.
+  [[nodiscard]] BoardFaults& faults() { return core_.faults(); }
+
   /// For judging: what is really so.
   [[nodiscard]] std::chrono::nanoseconds DeviceTime(std::chrono::nanoseconds time) const {
     return core_.DeviceTime(time);
@@ -86,6 +89,11 @@ class CanBoardModel final : public CanStation {
   tl::expected<std::vector<std::byte>, SdoAbort> ReadObject(SdoAddress address) const;
   tl::expected<void, SdoAbort> WriteObject(SdoAddress address, const std::vector<std::byte>& data);
   [[nodiscard]] std::chrono::nanoseconds ReplyDelay();
+  /// What it says of itself, in place of the truth if that is wrong.
+  template <class Number>
+  [[nodiscard]] Number Claim(BoardFaultKind kind, Number truth) const {
+    return static_cast<Number>(core_.faults().Value(kind, now_).value_or(truth));
+  }
 
   CanBoardOptions options_;
   RingBoardCore core_;

@@ -84,11 +84,11 @@ std::vector<FaultKindTraits> CanKinds() {
        Target::kCan,
        "flood",
        Span::kLimited,
-       {bus, Must(Arg::kRateHz, 1, 20'000), Or(Arg::kId, 0, 0x7FF, 0x7FF)}},
+       {bus, Must(Arg::kRateHz, 1, 20'000), Or(Arg::kId, 1, 0x7FF, 1)}},
       {Kind::kCanBoardOff, Target::kCan, "board_off", Span::kAny, one_board},
       {Kind::kCanBoardHangs, Target::kCan, "board_hangs", Span::kMoment, one_board},
       {Kind::kCanEmergency, Target::kCan, "emergency", Span::kMoment, one_board + Rules{Must(Arg::kCode, 0, 0xFFFF)}},
-      {Kind::kCanSameNode, Target::kCan, "same_node", Span::kMoment, one_board + Rules{Must(Arg::kOther, 0, 11)}},
+      {Kind::kCanSameNode, Target::kCan, "same_node", Span::kMoment, one_board},
   };
 }
 
@@ -166,9 +166,9 @@ std::vector<FaultKindTraits> SensorsKinds() {
 std::vector<FaultKindTraits> ChainKinds() {
   return {
       {Kind::kChainEstop, Target::kChain, "estop", Span::kAny, {WordOr(Arg::kChannel, 2)}},
-      {Kind::kChainOpen, Target::kChain, "open", Span::kAny, {Word(Arg::kInput)}},
+      {Kind::kChainOpen, Target::kChain, "open", Span::kAny, {Must(Arg::kInput, 0, 4)}},
       {Kind::kChainWireBreak, Target::kChain, "wire_break", Span::kAny, {Word(Arg::kInput)}},
-      {Kind::kChainPress, Target::kChain, "press", Span::kAny, {Word(Arg::kInput)}},
+      {Kind::kChainPress, Target::kChain, "press", Span::kAny, {Must(Arg::kInput, 5, 7)}},
       {Kind::kChainJamBrake, Target::kChain, "jam_brake", Span::kMoment, {}},
       {Kind::kChainWeldStoA, Target::kChain, "weld_sto_a", Span::kMoment, {}},
       {Kind::kChainWeldWatchdog, Target::kChain, "weld_watchdog", Span::kMoment, {}},

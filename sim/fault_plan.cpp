@@ -159,11 +159,11 @@ Parsed<double> ParseArg(const Json& json, const std::string& place, const FaultA
     case FaultArgTraits::Type::kWord:
       break;
   }
-  const auto found = json.is_string() ? std::find(traits.words.begin(), traits.words.end(), json.get<std::string>())
-                                      : traits.words.end();
-  if (found == traits.words.end())
-    return Object(place, Shown(json) + " is unknown", "give one of " + Joined(traits.words));
-  return static_cast<double>(found - traits.words.begin());
+  const std::vector<std::string> words(traits.words.begin() + static_cast<std::ptrdiff_t>(rule.low),
+                                       traits.words.begin() + static_cast<std::ptrdiff_t>(rule.high) + 1);
+  const auto found = json.is_string() ? std::find(words.begin(), words.end(), json.get<std::string>()) : words.end();
+  if (found == words.end()) return Object(place, Shown(json) + " is unknown", "give one of " + Joined(words));
+  return rule.low + static_cast<double>(found - words.begin());
 }
 
 Parsed<FaultArgs> ParseArgs(const Json& fault, const std::string& place, const FaultKindTraits& traits) {

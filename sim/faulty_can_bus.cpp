@@ -42,6 +42,16 @@ void FaultyCanBus::FloodBetween(nanoseconds from, nanoseconds to, nanoseconds pe
   floods_.push_back({from, to, period, frame});
 }
 
+void FaultyCanBus::ReportBetween(nanoseconds from, nanoseconds to, nanoseconds period, const CanReport& report) {
+  floods_.push_back({from, to, period, report});
+}
+
+void FaultyCanBus::EndBy(nanoseconds time) {
+  for (Window& refusal : refusals_) refusal.to = std::min(refusal.to, time);
+  if (broken_) broken_->to = std::min(broken_->to, time);
+  for (Flood& flood : floods_) flood.to = std::min(flood.to, time);
+}
+
 /// A broken interface answers nothing else until it is reopened.
 std::optional<CanFault> FaultyCanBus::Broken() {
   if (!broken_ || clock_.Now() < broken_->from) return std::nullopt;
@@ -49,6 +59,7 @@ std::optional<CanFault> FaultyCanBus::Broken() {
 }
 
 CanResult<CanLink> FaultyCanBus::ReadLink() {
+  Tell();
   const auto fault = Broken();
   if (fault && broken_->Holds(clock_.Now()) && *fault == CanFault::kGone) return FailWith(*fault);
   auto link = bus_.ReadLink();
@@ -58,6 +69,7 @@ CanResult<CanLink> FaultyCanBus::ReadLink() {
 }
 
 CanResult<void> FaultyCanBus::Send(const CanFrame& frame) {
+  Tell();
   if (const auto fault = Broken()) return FailWith(*fault);
   for (const Window& refusal : refusals_) {
     if (!refusal.Holds(clock_.Now())) continue;
@@ -69,6 +81,7 @@ CanResult<void> FaultyCanBus::Send(const CanFrame& frame) {
 }
 
 CanResult<void> FaultyCanBus::Reopen() {
+  Tell();
   if (broken_ && broken_->Holds(clock_.Now())) return FailWith(broken_->fault);
   if (broken_ && clock_.Now() >= broken_->to) broken_.reset();
   ++log_.reopened;
@@ -78,6 +91,7 @@ CanResult<void> FaultyCanBus::Reopen() {
 }
 
 CanResult<void> FaultyCanBus::Restart() {
+  Tell();
   log_.restarts.push_back(clock_.Now());
   return bus_.Restart();
 }
@@ -102,7 +116,7 @@ std::optional<CanReception> FaultyCanBus::TakeScheduled(nanoseconds now) {
   }
   for (Flood& flood : floods_) {
     if (flood.next >= flood.to || flood.next > now) continue;
-    CanReception next{flood.next, flood.frame};
+    CanReception next{flood.next, flood.what};
     flood.next += flood.period;
     return next;
   }
@@ -152,6 +166,7 @@ void FaultyCanBus::Pass(const CanReception& reception) {
 }
 
 CanResult<std::optional<CanReception>> FaultyCanBus::Receive(nanoseconds deadline) {
+  Tell();
   while (true) {
     if (const auto fault = Broken()) return FailWith(*fault);
     ReleaseHeld();

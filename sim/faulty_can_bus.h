@@ -3,9 +3,12 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <random>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "base/clock.h"
@@ -38,6 +41,13 @@ class FaultyCanBus final : public CanBus {
   void ReportAt(std::chrono::nanoseconds time, const CanReport& report);
   /// This frame comes at a time.
   void FrameAt(std::chrono::nanoseconds time, const CanFrame& frame);
+  /// The controller says this every `period` in the time given.
+  void ReportBetween(std::chrono::nanoseconds from, std::chrono::nanoseconds to, std::chrono::nanoseconds period,
+                     const CanReport& report);
+  /// What was to last beyond `time` ends then: refused sends, a broken interface, floods, reports.
+  void EndBy(std::chrono::nanoseconds time);
+  /// Told before every call.
+  void OnCall(std::function<void()> hook) { hook_ = std::move(hook); }
   /// This frame comes every `period` in the time given.
   void FloodBetween(std::chrono::nanoseconds from, std::chrono::nanoseconds to, std::chrono::nanoseconds period,
                     const CanFrame& frame);
@@ -78,7 +88,7 @@ class FaultyCanBus final : public CanBus {
     std::chrono::nanoseconds next{0};
     std::chrono::nanoseconds to{0};
     std::chrono::nanoseconds period{0};
-    CanFrame frame;
+    std::variant<CanFrame, CanReport> what;
   };
   struct Held {
     std::size_t frames_to_pass = 0;
@@ -87,6 +97,9 @@ class FaultyCanBus final : public CanBus {
   };
 
   [[nodiscard]] std::optional<CanFault> Broken();
+  void Tell() const {
+    if (hook_) hook_();
+  }
   std::optional<CanReception> TakeScheduled(std::chrono::nanoseconds now);
   [[nodiscard]] std::optional<std::chrono::nanoseconds> NextScheduled() const;
   /// Lets one frame through the faults; what comes out now stands in ready_.
@@ -108,6 +121,7 @@ class FaultyCanBus final : public CanBus {
   std::optional<std::uint32_t> lose_next_of_;
   std::optional<std::uint32_t> restart_ms_;
   Log log_;
+  std::function<void()> hook_;
 };
 
 }  // namespace annulus::sim

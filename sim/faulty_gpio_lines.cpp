@@ -21,7 +21,7 @@ double FaultyGpioLines::Draw() { return UnitFromBits(engine_()); }
 
 std::optional<GpioFailure> FaultyGpioLines::FailureNow(std::optional<std::size_t> line) const {
   const nanoseconds now = clock_.Now();
-  for (const GpioFaultPlan::Outage& outage : plan_.outages) {
+  for (const GpioFaultPlan::Outage& outage : plan().outages) {
     if (now < outage.from || now >= outage.to) continue;
     if (!line && outage.calls == GpioFaultPlan::Calls::kWrites) continue;
     if (line && !outage.lines.empty() && std::count(outage.lines.begin(), outage.lines.end(), *line) == 0) continue;
@@ -31,13 +31,14 @@ std::optional<GpioFailure> FaultyGpioLines::FailureNow(std::optional<std::size_t
 }
 
 std::optional<bool> FaultyGpioLines::StuckAt(std::size_t line, nanoseconds time) const {
-  for (const GpioFaultPlan::Stuck& stuck : plan_.stuck) {
+  for (const GpioFaultPlan::Stuck& stuck : plan().stuck) {
     if (stuck.line == line && time >= stuck.from && time < stuck.to) return stuck.level;
   }
   return std::nullopt;
 }
 
 GpioResult<std::vector<bool>> FaultyGpioLines::Read() {
+  if (hook_) hook_();
   if (const auto failure = FailureNow()) return tl::unexpected<GpioFailure>(*failure);
   auto levels = lines_->Read();
   for (std::size_t i = 0; levels && i < levels->size(); ++i) {
@@ -47,11 +48,13 @@ GpioResult<std::vector<bool>> FaultyGpioLines::Read() {
 }
 
 GpioResult<void> FaultyGpioLines::Write(std::size_t line, bool level) {
+  if (hook_) hook_();
   if (const auto failure = FailureNow(line)) return tl::unexpected<GpioFailure>(*failure);
   return lines_->Write(line, level);
 }
 
 GpioResult<std::optional<GpioEdge>> FaultyGpioLines::WaitEdge(nanoseconds deadline) {
+  if (hook_) hook_();
   while (true) {
     if (const auto failure = FailureNow()) return tl::unexpected<GpioFailure>(*failure);
     const nanoseconds now = clock_.Now();
@@ -76,10 +79,10 @@ GpioResult<std::optional<GpioEdge>> FaultyGpioLines::WaitEdge(nanoseconds deadli
 
 void FaultyGpioLines::Take(const GpioEdge& edge) {
   if (StuckAt(edge.line, edge.host_time)) return;
-  if (plan_.loss_line.value_or(edge.line) == edge.line && Draw() < plan_.loss_rate) return;
+  if (plan().loss_line.value_or(edge.line) == edge.line && Draw() < plan().loss_rate) return;
   Hold(edge);
-  if (Draw() >= plan_.chatter_rate) return;
-  const int pairs = 1 + static_cast<int>(Draw() * plan_.most_chatter);
+  if (Draw() >= plan().chatter_rate) return;
+  const int pairs = 1 + static_cast<int>(Draw() * plan().most_chatter);
   for (int i = 1; i <= pairs; ++i) {
     // Bounces that the kernel saw at once, and whose last is back at the level.
     const nanoseconds later = kChatter * i / (pairs + 1);
@@ -94,7 +97,7 @@ void FaultyGpioLines::Take(const GpioEdge& edge) {
 }
 
 void FaultyGpioLines::Hold(const GpioEdge& edge) {
-  const nanoseconds late(static_cast<std::int64_t>(Draw() * static_cast<double>(plan_.late.count())));
+  const nanoseconds late(static_cast<std::int64_t>(Draw() * static_cast<double>(plan().late.count())));
   nanoseconds told_at = edge.host_time + late;
   // The edges of one line keep their order.
   for (const Held& held : held_) {

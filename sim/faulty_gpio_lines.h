@@ -3,9 +3,11 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -50,6 +52,11 @@ class FaultyGpioLines final : public GpioLines {
  public:
   FaultyGpioLines(std::unique_ptr<GpioLines> lines, GpioFaultPlan plan, Clock& clock);
 
+  /// From now on what goes wrong is what `plan`, which is borrowed, says at the time. Its seed is not looked at.
+  void FollowPlan(const GpioFaultPlan& plan) { followed_ = &plan; }
+  /// Told before every call but count.
+  void OnCall(std::function<void()> hook) { hook_ = std::move(hook); }
+
   [[nodiscard]] std::size_t count() const override { return lines_->count(); }
   GpioResult<std::vector<bool>> Read() override;
   GpioResult<void> Write(std::size_t line, bool level) override;
@@ -61,6 +68,7 @@ class FaultyGpioLines final : public GpioLines {
     std::chrono::nanoseconds told_at{0};
   };
 
+  [[nodiscard]] const GpioFaultPlan& plan() const { return followed_ != nullptr ? *followed_ : plan_; }
   /// Of a write to `line`; of a reading or a wait, which need all lines, without one.
   [[nodiscard]] std::optional<GpioFailure> FailureNow(std::optional<std::size_t> line = std::nullopt) const;
   [[nodiscard]] double Draw();
@@ -71,6 +79,8 @@ class FaultyGpioLines final : public GpioLines {
 
   std::unique_ptr<GpioLines> lines_;
   GpioFaultPlan plan_;
+  const GpioFaultPlan* followed_ = nullptr;  ///< Null: plan_ counts.
+  std::function<void()> hook_;
   Clock& clock_;
   std::mt19937_64 engine_;
   std::deque<Held> held_;  ///< In the order in which they are told.

@@ -72,6 +72,7 @@ void FaultyModbusLink::Unplug() {
 }
 
 ModbusReply FaultyModbusLink::Transact(const ModbusRequest& request, nanoseconds timeout) {
+  if (hook_) hook_();
   if (!open_) return Failure(ModbusFault::kLinkLost, 0, plugged_ ? "it is closed" : "unplugged");
   const nanoseconds deadline = clock_.Now() + timeout;
   ++transactions_;
@@ -140,6 +141,7 @@ void FaultyModbusLink::Close() {
 }
 
 tl::expected<void, ModbusFailure> FaultyModbusLink::Reopen() {
+  if (hook_) hook_();
   Close();
   if (!plugged_) return Failure(ModbusFault::kLinkLost, 0, "No such file or directory");
   open_ = true;

@@ -54,6 +54,8 @@ class FaultyModbusLink final : public ModbusLink {
                    ModbusFatePlan plan = {});
 
   void SetPlan(ModbusFatePlan plan) { plan_ = std::move(plan); }
+  /// Told before every transaction and every opening.
+  void OnCall(std::function<void()> hook) { hook_ = std::move(hook); }
   /// From now on the peer stands still: requests queue up in front of it, and nothing is answered.
   void Freeze() { frozen_ = true; }
   /// The same until `time`, if somebody waits for a reply then; otherwise until Thaw.
@@ -97,6 +99,7 @@ class FaultyModbusLink final : public ModbusLink {
   Clock& clock_;
   ModbusNumbering numbering_;
   ModbusFatePlan plan_;
+  std::function<void()> hook_;
   bool frozen_ = false;
   bool plugged_ = true;
   bool open_ = true;

@@ -38,21 +38,28 @@ std::uint64_t RingBoardCore::LevelBits(std::uint32_t sequence, BoardDraw purpose
 }
 
 nanoseconds RingBoardCore::DeviceTime(nanoseconds time) const {
-  return clock_offset_ + time + nanoseconds(std::llround(static_cast<double>(time.count()) * clock_drift_));
+  const nanoseconds drift(std::llround(static_cast<double>(time.count()) * clock_drift_));
+  return faults_.ClockOf(clock_offset_ + time + drift, time);
 }
 
 nanoseconds RingBoardCore::FireTime(std::uint32_t sequence, nanoseconds edge) const {
   return edge + fire_delay_ + ShareOf(options_.fire_jitter, UnitFromBits(LevelBits(sequence, BoardDraw::kFire)));
 }
 
-nanoseconds RingBoardCore::ReadyTime(std::uint32_t sequence, nanoseconds fire) const {
-  return fire + options_.frame_delay +
+nanoseconds RingBoardCore::ReadyTime(std::uint32_t sequence, nanoseconds fire, double period_ns) const {
+  const double late_ns = faults_.Value(BoardFaultKind::kLate, fire).value_or(0.0) * period_ns;
+  return fire + nanoseconds(std::llround(late_ns)) + options_.frame_delay +
          ShareOf(options_.frame_jitter, UnitFromBits(LevelBits(sequence, BoardDraw::kArrival)));
 }
 
+BeamReading RingBoardCore::Look(std::size_t sensor, nanoseconds time, std::mt19937_64& random) const {
+  const Ray ray = world_.ring.RayOf(sensor, world_.axis.TrueZ(time));
+  const double time_s = static_cast<double>(time.count()) * 1e-9;
+  return world_.beam.Measure(world_.subject, ray, time_s, world_.max_range_mm, random);
+}
+
 LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) const {
-  const double z = world_.axis.TrueZ(fire);
-  const double time_s = static_cast<double>(fire.count()) * 1e-9;
+  constexpr BeamReading kStuckInTheAir{500.0, 128};
   std::mt19937_64 random(LevelBits(sequence, BoardDraw::kBeam));
   LevelFrame frame;
   frame.board_serial = options_.serial;
@@ -61,8 +68,12 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
   frame.temperature_centi_c = static_cast<std::int16_t>(3000 + BoardBits(BoardDraw::kTemperature) % 200);
   for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
     const std::size_t sensor = options_.first_sensor + i;
-    const BeamReading reading =
-        world_.beam.Measure(world_.subject, world_.ring.RayOf(sensor, z), time_s, world_.max_range_mm, random);
+    BeamReading reading = Look(sensor, fire, random);
+    if (const auto stuck = faults_.StuckSince(i, fire)) {
+      std::mt19937_64 then(MixSeed(BoardBits(BoardDraw::kStuck), sensor));
+      reading = Look(sensor, *stuck, then);
+      if (std::isnan(reading.range_mm)) reading = kStuckInTheAir;
+    }
     // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).
     const SensorCalibration& own = world_.ring.sensors[sensor];
     const double raw_um = std::round((reading.range_mm - own.range_offset_mm) / own.range_scale * 1000.0);
@@ -70,6 +81,7 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
     frame.range_um[i] = returned ? static_cast<std::uint32_t>(raw_um) : kNoReturn;
     frame.quality[i] = returned ? reading.quality : std::uint8_t{0};
   }
+  faults_.Spoil(frame, fire, LevelBits(sequence, BoardDraw::kFault));
   return frame;
 }
 

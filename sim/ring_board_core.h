@@ -3,8 +3,10 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <random>
 
 #include "firmware_iface/usb_frame_codec.h"
+#include "sim/board_faults.h"
 #include "sim/world.h"
 
 namespace annulus::sim {
@@ -54,10 +56,13 @@ enum class BoardDraw : std::uint64_t {
   kBeam = 8,
   kTemperature = 9,
   kBoot = 10,
+  kFault = 11,
+  kStuck = 12,
 };
 
 /// A concentrator board without its bus: 15 sensors, a crystal of its own, delays. What it measures depends on seed,
-/// serial, run, sequence and the time of firing only. Reentrant but for StartRun. Borrows the world.
+/// serial, run, sequence, the time of firing and what is wrong with it only. Reentrant but for StartRun. Borrows the
+/// world.
 class RingBoardCore {
  public:
   RingBoardCore(const RingBoardOptions& options, World& world);
@@ -70,18 +75,26 @@ class RingBoardCore {
   void StartRun() { ++runs_; }
   /// When the sensors fire for an edge of SYNC.
   [[nodiscard]] std::chrono::nanoseconds FireTime(std::uint32_t sequence, std::chrono::nanoseconds edge) const;
-  /// When the level that fired at `fire` is ready to leave the board.
-  [[nodiscard]] std::chrono::nanoseconds ReadyTime(std::uint32_t sequence, std::chrono::nanoseconds fire) const;
+  /// When the level that fired at `fire` is ready to leave the board. Levels are `period_ns` apart.
+  [[nodiscard]] std::chrono::nanoseconds ReadyTime(std::uint32_t sequence, std::chrono::nanoseconds fire,
+                                                   double period_ns) const;
   /// The sensors' readings of the moment of firing.
   [[nodiscard]] LevelFrame Measure(std::uint32_t sequence, std::chrono::nanoseconds fire) const;
   /// 64 random bits of a level of this run.
   [[nodiscard]] std::uint64_t LevelBits(std::uint32_t sequence, BoardDraw purpose) const;
+  /// What is wrong with the board.
+  [[nodiscard]] BoardFaults& faults() { return faults_; }
+  [[nodiscard]] const BoardFaults& faults() const { return faults_; }
   /// 64 random bits of the board.
   [[nodiscard]] std::uint64_t BoardBits(BoardDraw purpose) const;
 
  private:
+  /// What a sensor reads at a time.
+  [[nodiscard]] BeamReading Look(std::size_t sensor, std::chrono::nanoseconds time, std::mt19937_64& random) const;
+
   RingBoardOptions options_;
   World& world_;
+  BoardFaults faults_;
   std::uint64_t seed_;
   std::chrono::nanoseconds clock_offset_{0};
   double clock_drift_ = 0.0;

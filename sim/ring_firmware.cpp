@@ -53,7 +53,7 @@ nanoseconds RingBoardModel::FireTime(std::uint32_t sequence) const {
 }
 
 nanoseconds RingBoardModel::ArrivalTime(std::uint32_t sequence) const {
-  return core_.ReadyTime(sequence, FireTime(sequence));
+  return core_.ReadyTime(sequence, FireTime(sequence), sync_.period_ns);
 }
 
 nanoseconds RingBoardModel::ControlTime() {
@@ -80,10 +80,15 @@ UsbResult<std::vector<std::byte>> RingBoardModel::ControlIn(UsbRequest request, 
   std::vector<std::byte> reply;
   switch (static_cast<BoardRequest>(request.request)) {
     case BoardRequest::kIdentify: {
+      const auto claim = [&](BoardFaultKind kind, auto truth) {
+        return static_cast<decltype(truth)>(core_.faults().Value(kind, *taken).value_or(truth));
+      };
       BoardIdentity identity;
+      identity.protocol_version = claim(BoardFaultKind::kProtocol, identity.protocol_version);
       identity.firmware_version = kBoardFirmwareVersion;
-      identity.serial = options_.serial;
-      identity.first_sensor = options_.first_sensor;
+      identity.firmware_version[0] = claim(BoardFaultKind::kFirmware, kBoardFirmwareVersion[0]);
+      identity.serial = claim(BoardFaultKind::kSerial, options_.serial);
+      identity.first_sensor = claim(BoardFaultKind::kPlace, options_.first_sensor);
       identity.min_level_rate_mhz = kBoardMinLevelRateMhz;
       identity.max_level_rate_mhz = options_.max_level_rate_mhz;
       reply = ToVector(EncodeBoardIdentity(identity));
@@ -204,6 +209,7 @@ void RingBoardModel::Advance() {
 
 void RingBoardModel::SendFrame(std::uint32_t sequence) {
   MatchTransfers();
+  if (core_.faults().Value(BoardFaultKind::kSilent, FireTime(sequence))) return;
   if (fifo_.size() >= options_.fifo_frames) {
     ++dropped_frames_;
     return;

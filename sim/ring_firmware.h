@@ -40,6 +40,8 @@ class RingBoardModel final : public UsbPort {
   }
   /// Frames lost in the board because the host did not fetch them.
   [[nodiscard]] std::uint64_t dropped_frames() const { return dropped_frames_; }
+  /// What is wrong with the board.
+  [[nodiscard]] BoardFaults& faults() { return core_.faults(); }
   /// Pulls the plug at a time: transfers in flight end with kNoDevice, and nothing answers after.
   void UnplugAt(std::chrono::nanoseconds time);
   /// Plugs it in again, as a board that has just started. What was in flight must have been collected.

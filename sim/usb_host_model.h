@@ -37,6 +37,8 @@ class UsbHostModel final : public UsbHost {
   void SetIdentity(std::size_t board, std::string serial, std::string port_path);
   /// Limits what all transfers in flight may use together, bytes; 0: no limit.
   void SetTransferMemory(std::uint64_t bytes) { transfer_memory_ = bytes; }
+  /// Lets everything happen whose time has come.
+  void Advance();
   /// Wraps every port that is opened from now on, to make it faulty.
   std::function<std::unique_ptr<UsbPort>(std::unique_ptr<UsbPort>)> wrap;
 
@@ -71,8 +73,6 @@ class UsbHostModel final : public UsbHost {
   };
 
   void Schedule(const Event& event);
-  /// Lets everything happen whose time has come.
-  void Advance();
   void Happen(const Event& event);
   [[nodiscard]] std::chrono::nanoseconds NextEvent() const;
 

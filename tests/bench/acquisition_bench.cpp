@@ -5,7 +5,12 @@
 
 #include "acquisition/csv_scan.h"
 #include "acquisition/recording.h"
+#include "acquisition/replay.h"
+#include "acquisition/scan_run.h"
+#include "acquisition/tapped_buses.h"
+#include "acquisition/tapped_devices.h"
 #include "tests/bench/bench_scan.h"
+#include "tests/sim/booth_fixture.h"
 #include "tests/support/test_storage.h"
 
 namespace annulus::bench {
@@ -55,6 +60,67 @@ void ImportCsv(benchmark::State& state, const std::string& path) {
 }
 BENCHMARK_CAPTURE(ImportCsv, plain, "scan.csv")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(ImportCsv, gzip, "scan.csv.gz")->Unit(benchmark::kMillisecond);
+
+/// Everything that a tapped scan on USB leaves.
+class Tape final : public ScanSink {
+ public:
+  Status AppendLevel(const ScanLevel& level) override {
+    recording.scan.levels.push_back(level);
+    return {};
+  }
+  Status AppendAxis(std::chrono::nanoseconds time, double z_mm) override {
+    recording.axis.push_back({time, z_mm});
+    return {};
+  }
+  Status AppendEvent(std::chrono::nanoseconds, const std::string&) override { return {}; }
+  Status AppendRaw(RawRecord record) override {
+    recording.raw.push_back(std::move(record));
+    return {};
+  }
+
+  Recording recording;
+};
+
+Result<Recording> RecordAScan() {
+  sim::Booth booth(sim::CylinderBooth({}));
+  Clock& clock = booth.clock();
+  BusTap tap;
+  const auto ports = TapUsbPorts(booth.usb_ports(), tap, clock);
+  std::vector<UsbPort*> tapped;
+  for (const auto& port : ports) tapped.push_back(port.get());
+  TappedModbusLink link(booth.axis_link(), tap, clock);
+  bus_record::RingOpening opening;
+  opening.seams = static_cast<std::uint8_t>(tapped.size());
+  auto ring = OpenTappedRing({tap, clock}, opening, [&] { return MakeUsbRangeRing(tapped, {}, clock); });
+  auto axis = OpenTappedAxis({tap, clock}, {}, [&] { return MakeModbusScanAxis(link, {}, clock); });
+  if (!ring) return Fail(ring);
+  if (!axis) return Fail(axis);
+  tap.EndPrelude();
+  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
+  plan.pitch_mm = plan.sweep_pitch_mm();
+  plan.sweeps = 2;  // of 180 levels
+  Tape tape;
+  RETURN_IF_ERROR(tap.Attach(tape));
+  const auto summary = RunScan(**ring, **axis, plan, tape, clock, {});
+  tap.Detach();
+  if (!summary) return Fail(summary);
+  return std::move(tape.recording);
+}
+
+/// From the raw bytes through the drivers to 360 levels, each compared with the recorded one.
+void ReplayAScan(benchmark::State& state) {
+  const auto recording = RecordAScan();
+  for (auto unused : state) {
+    const auto compared = recording ? CompareWithRecorded(*recording, {}, {}) : Fail(recording);
+    if (!compared || !compared->identical()) {
+      state.SkipWithError(compared ? compared->BriefReport().c_str() : compared.error().Text().c_str());
+      break;
+    }
+    state.counters["levels"] = static_cast<double>(compared->identical_levels);
+  }
+  CountReadings(state);
+}
+BENCHMARK(ReplayAScan)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace annulus::bench

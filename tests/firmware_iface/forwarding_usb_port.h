@@ -9,7 +9,7 @@
 namespace annulus {
 
 /// Passes everything on; each hook may change what comes back. An empty hook changes nothing.
-class ForwardingUsbPort final : public UsbPort {
+class ForwardingUsbPort : public UsbPort {
  public:
   explicit ForwardingUsbPort(UsbPort& port) : port_(port) {}
 
