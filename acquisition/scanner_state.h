@@ -12,6 +12,7 @@
 
 #include "acquisition/scanner.h"
 #include "acquisition/supervised_axis.h"
+#include "base/priority_mutex.h"
 
 namespace annulus {
 
@@ -112,7 +113,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   SupervisedRing ring;
 
   // Guarded by `mutex`, which is never held over a call of a device, a disk or a wait.
-  mutable std::mutex mutex;
+  mutable PriorityMutex mutex;
   ScanMachine machine;
   Job order = Job::kNone;  ///< Waits for the worker.
   Job running = Job::kNone;

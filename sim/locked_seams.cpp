@@ -43,7 +43,7 @@ class LockedUsbPort final : public UsbPort {
 
  private:
   UsbPort& port_;
-  std::mutex& mutex_;
+  PriorityMutex& mutex_;
 };
 
 class LockedCanBus final : public CanBus {
@@ -77,7 +77,7 @@ class LockedCanBus final : public CanBus {
 
  private:
   CanBus& bus_;
-  std::mutex& mutex_;
+  PriorityMutex& mutex_;
 };
 
 class LockedModbusLink final : public ModbusLink {
@@ -104,7 +104,7 @@ class LockedModbusLink final : public ModbusLink {
 
  private:
   ModbusLink& link_;
-  std::mutex& mutex_;
+  PriorityMutex& mutex_;
 };
 
 class LockedGpioLines final : public GpioLines {
@@ -134,7 +134,7 @@ class LockedGpioLines final : public GpioLines {
 
  private:
   std::unique_ptr<GpioLines> lines_;
-  std::mutex& mutex_;
+  PriorityMutex& mutex_;
 };
 
 }  // namespace

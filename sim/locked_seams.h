@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/priority_mutex.h"
 #include "firmware_iface/can_bus.h"
 #include "firmware_iface/gpio_lines.h"
 #include "firmware_iface/modbus_link.h"
@@ -29,11 +30,11 @@ class LockedTime final : public Clock {
     clock_.SleepUntil(deadline);
     mutex_.lock();
   }
-  [[nodiscard]] std::mutex& mutex() { return mutex_; }
+  [[nodiscard]] PriorityMutex& mutex() { return mutex_; }
 
  private:
   Clock& clock_;
-  std::mutex mutex_;
+  PriorityMutex mutex_;
 };
 
 /// Seams that hold the time's mutex during each call. They borrow the time and, but for the lines, what they wrap.

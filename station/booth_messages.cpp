@@ -22,6 +22,8 @@ template <class... Handlers>
 struct Overloaded : Handlers... {
   using Handlers::operator()...;
 };
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;  // clang 14 does not find it by itself
 
 std::string Dump(const BoothJson& json) { return json.dump(-1, ' ', false, BoothJson::error_handler_t::replace); }
 

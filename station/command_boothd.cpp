@@ -90,8 +90,8 @@ Status Ask(const BoothdCommand& options, CommandIo& io) {
   static const std::map<std::string, BoothOrder> kOrders{
       {"status", StatusOrder{}}, {"home", HomeOrder{}}, {"cancel", CancelOrder{}}, {"acknowledge", AcknowledgeOrder{}}};
   const bool control = options.ask == "home" || options.ask == "acknowledge";
-  auto client = BoothClient::Connect(options.socket, {BoothRole::kOperator, control, "annulus boothd --ask"},
-                                     kConnectPatience);
+  auto client =
+      BoothClient::Connect(options.socket, {BoothRole::kOperator, control, "annulus boothd --ask"}, kConnectPatience);
   if (!client) return Fail(client);
   RETURN_IF_ERROR(client->Ask(kOrders.at(options.ask), kAskPatience));
   RETURN_IF_ERROR(client->Ask(StatusOrder{}, kAskPatience));

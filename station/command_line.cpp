@@ -12,9 +12,6 @@
 #include "station/commands.h"
 
 namespace annulus {
-
-void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
-
 namespace {
 
 constexpr int kFailed = 1;

@@ -66,8 +66,8 @@ Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, S
   return ground;
 }
 
-std::unique_lock<std::mutex> DeviceGround::Hold() {
-  return locked_ == nullptr ? std::unique_lock<std::mutex>() : std::unique_lock(locked_->mutex());
+std::unique_lock<PriorityMutex> DeviceGround::Hold() {
+  return locked_ == nullptr ? std::unique_lock<PriorityMutex>() : std::unique_lock(locked_->mutex());
 }
 
 std::vector<UsbPort*> DeviceGround::usb_ports() {

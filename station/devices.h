@@ -7,6 +7,7 @@
 #include "acquisition/beat_clock.h"
 #include "acquisition/bus_tap.h"
 #include "base/clock.h"
+#include "base/priority_mutex.h"
 #include "base/result.h"
 #include "base/storage.h"
 #include "firmware_iface/interlock.h"
@@ -48,7 +49,7 @@ class DeviceGround {
   /// Null if nothing of the configuration is simulated. In real time the booth belongs to the threads that use its
   /// seams: hold Hold() while you touch it otherwise.
   [[nodiscard]] sim::BoothDevices* booth() { return booth_.get(); }
-  [[nodiscard]] std::unique_lock<std::mutex> Hold();
+  [[nodiscard]] std::unique_lock<PriorityMutex> Hold();
 
   /// The seams of the simulated booth, safe for one thread each in real time. Requires booth().
   [[nodiscard]] std::vector<UsbPort*> usb_ports();

@@ -2,6 +2,7 @@
 """annulus boothd: the simulated booth in real time, in a process of its own, over its socket; and what becomes of a
 scan when that process is stopped, killed, or stands still."""
 
+import functools
 import glob
 import json
 import os
@@ -32,18 +33,58 @@ sweeps = 1
 level_rate_hz = 20
 """
 
+ATTEMPTS = 5
+TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "sensor_lost"}
+
+
+def in_real_time(test):
+    """Runs a test again, in a folder of its own, when the booth stopped for a cause that a machine too busy for real time
+    brings: that it stops then is right, and tested in virtual time. What fails every time is not the machine's."""
+
+    @functools.wraps(test)
+    def run(self):
+        for attempt in range(ATTEMPTS):
+            self.begin(f"run{attempt}")
+            try:
+                return test(self)
+            except (AssertionError, Refused, TimeoutError, EOFError):
+                if not self.was_too_busy() or attempt == ATTEMPTS - 1:
+                    raise
+            for process in self.processes:
+                self.end(process)
+        return None
+
+    return run
+
 
 class Boothd(ProgramTest):
     def setUp(self):
         super().setUp()
+        self.top = self.folder
+
+    def begin(self, folder):
+        self.folder = os.path.join(self.top, folder)
+        os.mkdir(self.folder)
         self.write("booth.toml", CONFIG)
-        self.socket_path = self.path("booth.sock")
+        self.socket_path = self.path("s")
+        self.processes = []
+        self.clients = []
+
+    def was_too_busy(self):
+        statuses = [client.status for client in self.clients if client.status]
+        codes = {cause["code"] for status in statuses for cause in status["causes"]}
+        late = any("tick was late" in json.dumps(status["scan"]) for status in statuses)
+        return late or bool(codes & TIMING)
+
+    def tearDown(self):
+        for process in self.processes:
+            self.end(process)
 
     def serve(self):
         process = subprocess.Popen(
             [self.program, "boothd", "--config", "booth.toml", "--socket", self.socket_path, "--recordings", "scans"],
             cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.end, process)
+        self.processes.append(process)
         line = process.stdout.readline()
         self.assertTrue(line.startswith("serving the booth on "), (line, process.poll()))
         return process
@@ -58,6 +99,7 @@ class Boothd(ProgramTest):
     def connect(self, **hello):
         client = BoothSocket(self.socket_path, patience=60.0 * TIME_FACTOR)
         self.addCleanup(client.close)
+        self.clients.append(client)
         client.hello(**hello)
         return client
 
@@ -76,6 +118,8 @@ class Boothd(ProgramTest):
         status = client.wait(lambda s: s["arm"] is not None and s["job"] == "", "no arm report")
         self.assertTrue(status["arm"]["passed"], status["arm"])
         client.wait_state("ARMED")
+        presses = client.status["start_presses"]
+        client.wait(lambda s: s["start_presses"] > presses, "the simulated operator does not press the start key")
         return client.status["version"]
 
     def scanning(self, client, levels):
@@ -83,9 +127,12 @@ class Boothd(ProgramTest):
         version = self.arm(client, "long", "long.mcap")
         client.ask("subscribe", levels=1)
         client.ask("start", version=version)
+        client.wait(lambda s: s["state"] == "SCANNING", "it does not start")
         while len(client.levels) < levels:
             client.receive()
+            self.assertEqual(client.status["state"], "SCANNING", client.status)
 
+    @in_real_time
     def test_a_scan_over_the_socket(self):
         process = self.serve()
         self.assertEqual(stat.S_IMODE(os.stat(self.socket_path).st_mode), 0o660)
@@ -131,21 +178,25 @@ class Boothd(ProgramTest):
 
         said = json.loads(self.succeeds("boothd", "--socket", self.socket_path, "--ask", "status"))
         self.assertEqual((said["type"], said["state"]), ("status", "IDLE"))
-        self.fails("boothd", "--socket", self.socket_path, "--ask", "home", naming=["another session controls"])
+        refused = self.run_program("boothd", "--socket", self.socket_path, "--ask", "home")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("another session controls", refused.stderr)
         self.terminate(process)
-        self.fails("boothd", "--socket", self.socket_path, "--ask", "status", naming=["booth.sock"])
+        self.fails("boothd", "--socket", self.socket_path, "--ask", "status", naming=["connect to the socket"])
 
     def fails_second_boothd(self):
         done = self.run_program("boothd", "--config", "booth.toml", "--socket", self.socket_path)
         self.assertEqual(done.returncode, 1)
         self.assertIn("another boothd serves it", done.stderr)
 
+    @in_real_time
     def test_sigterm_stops_a_scan_in_order_and_keeps_it(self):
         process = self.serve()
         self.scanning(self.connect(), 5)
         self.terminate(process)
         self.assertGreaterEqual(self.succeeds_json("inspect", "scans/long.mcap")["levels"], 5)
 
+    @in_real_time
     def test_a_scan_goes_on_without_its_session_and_anybody_can_stop_it(self):
         process = self.serve()
         client = self.connect()
@@ -162,6 +213,7 @@ class Boothd(ProgramTest):
         self.assertTrue(viewer.status["scan"]["summary"]["cancelled"])
         self.terminate(process)
 
+    @in_real_time
     def test_killed_in_a_scan_it_leaves_what_it_took_and_starts_again_in_safe(self):
         process = self.serve()
         client = self.connect()
@@ -186,6 +238,7 @@ class Boothd(ProgramTest):
         self.assertEqual(done.returncode, 3, done.stderr)
         return self.succeeds_json("inspect", "saved.mcap")["levels"]
 
+    @in_real_time
     def test_a_process_that_stood_still_wakes_up_in_safe_and_says_why(self):
         process = self.serve()
         client = self.connect()
