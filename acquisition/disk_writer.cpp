@@ -57,6 +57,7 @@ struct DiskWriter::State {
   void SyncNow();
   void Run(const std::stop_token& stop);
   [[nodiscard]] bool SyncDueLocked() const;
+  [[nodiscard]] bool OverdueLocked() const;
   template <class Done>
   Status WaitLocked(std::unique_lock<std::mutex>& lock, const std::string& attempted, Done done);
 };
@@ -101,12 +102,17 @@ bool DiskWriter::State::SyncDueLocked() const {
   return unsynced >= options.sync_every_blocks || now - last_sync >= options.sync_every;
 }
 
+/// Something written waits too long already: it is synced even if more could be written.
+bool DiskWriter::State::OverdueLocked() const {
+  return options.sync_every_blocks > 0 && disk.written > disk.synced && SteadyNow() - last_sync >= options.sync_every;
+}
+
 /// The writer's own thread: writes what is queued, syncs when that is due, until it is told to end and all is done.
 void DiskWriter::State::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
   while (true) {
     const auto something = [&] { return !queue.empty() || SyncDueLocked(); };
-    const bool unsynced = options.sync_every_blocks > 0 && disk.written > disk.synced;
+    const bool unsynced = !disk.failure && options.sync_every_blocks > 0 && disk.written > disk.synced;
     if (unsynced) {
       const auto left = options.sync_every - (SteadyNow() - last_sync);
       work.wait_for(lock, stop, left, something);
@@ -120,7 +126,7 @@ void DiskWriter::State::Run(const std::stop_token& stop) {
       if (stop.stop_requested()) return;
       continue;
     }
-    if (!queue.empty()) {
+    if (!queue.empty() && !OverdueLocked()) {
       const std::vector<std::byte> block = std::move(queue.front());
       queue.pop_front();
       lock.unlock();
@@ -128,7 +134,8 @@ void DiskWriter::State::Run(const std::stop_token& stop) {
       lock.lock();
       disk.queued_bytes -= block.size();
     } else if (SyncDueLocked()) {
-      const std::uint64_t wish = sync_wish;  // whatever was appended before it is written by now
+      // A wish is for all that was appended before it, and that is written only once nothing is queued.
+      const std::uint64_t wish = queue.empty() ? sync_wish : sync_granted;
       lock.unlock();
       SyncNow();
       lock.lock();

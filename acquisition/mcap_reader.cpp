@@ -201,6 +201,7 @@ McapReport McapPass::Run() {
     const auto record = RecordAt(file_, offset_);
     if (!record) {
       next_ = FindRecord(offset_ + 1, file_.size());
+      report_.skipped_bytes += next_ - offset_;
       Note(next_ < file_.size() ? "a record's length is wrong; skipped " + std::to_string(next_ - offset_) + " bytes"
                                 : "the file ends within a record");
       continue;

@@ -35,11 +35,12 @@ struct McapReport {
   /// At most this many damages are kept; damage_count goes on.
   static constexpr std::size_t kMaxKept = 100;
 
-  bool finished = false;          ///< Data End, Footer and closing magic are there.
-  std::uint64_t chunks = 0;       ///< Chunks read.
-  std::uint64_t chunks_lost = 0;  ///< Chunks seen but unreadable.
-  std::uint64_t messages = 0;     ///< Messages told to the listener.
-  std::uint64_t unprotected = 0;  ///< Messages outside a chunk, or in a chunk without CRC; not told.
+  bool finished = false;            ///< Data End, Footer and closing magic are there.
+  std::uint64_t chunks = 0;         ///< Chunks read.
+  std::uint64_t chunks_lost = 0;    ///< Chunks seen but unreadable.
+  std::uint64_t messages = 0;       ///< Messages told to the listener.
+  std::uint64_t unprotected = 0;    ///< Messages outside a chunk, or in a chunk without CRC; not told.
+  std::uint64_t skipped_bytes = 0;  ///< Belong to no record; at the end: a write that was not complete.
   std::uint64_t damage_count = 0;
   std::vector<McapDamage> damages;  ///< The first kMaxKept.
 

@@ -104,11 +104,12 @@ class RecordingWriter final : public ScanSink {
 
 /// What is amiss with a recording. Levels that are returned are always as they were written.
 struct RecordingReport {
-  bool finished = false;                               ///< Finish() was reached.
-  bool sealed = false;                                 ///< It is encrypted on the disk.
-  bool recovered = false;                              ///< `annulus recover` wrote it.
-  std::uint64_t levels_lost = 0;                       ///< Known from gaps in the sequence, and from the end record.
-  std::map<std::string, std::uint64_t> messages;       ///< Found, by topic.
+  bool finished = false;                          ///< Finish() was reached.
+  bool sealed = false;                            ///< It is encrypted on the disk.
+  bool recovered = false;                         ///< `annulus recover` wrote it.
+  std::uint64_t frames_lost = 0;                  ///< Of a sealed file: known from gaps in the numbers of its frames.
+  std::uint64_t levels_lost = 0;                  ///< Known from gaps in the sequence, and from the end record.
+  std::map<std::string, std::uint64_t> messages;  ///< Found, by topic.
   std::map<std::string, std::uint64_t> messages_lost;  ///< The same as levels_lost, for every topic that lost some.
   std::vector<std::string> notes;                      ///< One line per damage, with its place.
 

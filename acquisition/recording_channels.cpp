@@ -71,9 +71,19 @@ McapPreamble RecordingPreamble(const std::string& header_json, const std::string
                                  described ? id : std::uint16_t{0},
                                  std::string(kind.topic),
                                  std::string(described ? std::string_view("json") : kBusEncoding),
-                                 {}});
+                                 {{kRecordingKey, RecordingId(header_json)}}});
   }
   return preamble;
+}
+
+std::string RecordingId(std::string_view header_json) {
+  constexpr std::size_t kDigits = 16;
+  return Sha256OfText(header_json).substr(0, kDigits);
+}
+
+bool IsOfRecording(const std::map<std::string, std::string>& metadata, const std::string& recording_id) {
+  const auto named = metadata.find(kRecordingKey);
+  return named == metadata.end() || named->second == recording_id;
 }
 
 std::string Sha256OfText(std::string_view text) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -33,6 +34,13 @@ inline constexpr std::array kRecordingChannels{
 /// The start of every recording: `header_json` twice, so that damage to one copy does not cost the scan; channels and
 /// schemas after it.
 [[nodiscard]] McapPreamble RecordingPreamble(const std::string& header_json, const std::string& program_version);
+
+/// What every channel and the end record of a recording say (under kRecordingKey), so that its data are told from those
+/// of another recording that the disk may hold in the same place: from its header, the same for the same header.
+[[nodiscard]] std::string RecordingId(std::string_view header_json);
+
+/// False if the metadata of a channel or of an end record name another recording. Older files name none: true.
+[[nodiscard]] bool IsOfRecording(const std::map<std::string, std::string>& metadata, const std::string& recording_id);
 
 /// Lower-case hex of SHA-256 of a text.
 [[nodiscard]] std::string Sha256OfText(std::string_view text);

@@ -14,6 +14,7 @@ inline constexpr const char* kSha256Key = "sha256";
 inline constexpr const char* kLevelCountKey = "levels";
 inline constexpr const char* kScanHashKey = "scan_hash";
 inline constexpr const char* kMessageCountsKey = "messages";  ///< Of the end: JSON, messages by topic.
+inline constexpr const char* kRecordingKey = "recording";     ///< Of channels and the end: see RecordingId.
 inline constexpr std::string_view kLevelsTopic = "/ring/levels";
 inline constexpr std::string_view kAxisTopic = "/axis/track";
 inline constexpr std::string_view kEventsTopic = "/events";

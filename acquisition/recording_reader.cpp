@@ -57,7 +57,9 @@ class RecordingCollector final : public McapListener {
 
   void OnMessage(const McapChannel& channel, const McapMessage& message) override {
     if (!has_header_) return;
-    Count(channel.topic, message.sequence);
+    if (!IsOfRecording(channel.metadata, recording_id_)) return NoteForeignData();
+    if (!IsNext(channel.topic, message.sequence))
+      return Note("a message of " + channel.topic + " stands twice in the file");
     if (channel.topic == kLevelsTopic) return TakeLevel(message);
     if (channel.topic == kAxisTopic) return Take(AxisPointFromJson(message.data), recording_.axis, "an axis point");
     if (channel.topic == kEventsTopic) return Take(EventFromJson(message.data), recording_.events, "an event");
@@ -88,6 +90,7 @@ class RecordingCollector final : public McapListener {
       return;
     }
     recording_.scan.header = std::move(*header);
+    recording_id_ = RecordingId(json);
     has_header_ = true;
   }
 
@@ -98,11 +101,11 @@ class RecordingCollector final : public McapListener {
     if (Sha256OfText(levels + hash + messages) != EntryOf(metadata, kSha256Key)) {
       return Note("the record of the scan's end is damaged");
     }
+    if (!IsOfRecording(metadata.entries, recording_id_)) return NoteForeignData();
     end_ = ScanEnd{std::strtoull(levels.c_str(), nullptr, 10), hash, CountsFromJson(messages)};
   }
 
   void TakeLevel(const McapMessage& message) {
-    if (message.sequence < next_sequence_) return Note("a level stands twice in the file");
     recording_.report.levels_lost += message.sequence - next_sequence_;
     next_sequence_ = std::uint64_t{message.sequence} + 1;
     auto level = LevelFromJson(message.data, recording_.scan.header.calibration.sensors.size());
@@ -113,12 +116,19 @@ class RecordingCollector final : public McapListener {
     recording_.scan.levels.push_back(std::move(*level));
   }
 
-  /// Notes how many messages of a topic there are, and how many are missing before this one.
-  void Count(const std::string& topic, std::uint32_t sequence) {
-    ++recording_.report.messages[topic];
+  /// Notes how many messages of a topic there are, and how many are missing before this one; false if it was passed.
+  bool IsNext(const std::string& topic, std::uint32_t sequence) {
     std::uint64_t& next = next_of_topic_[topic];
+    if (sequence < next) return false;
+    ++recording_.report.messages[topic];
     if (sequence > next) recording_.report.messages_lost[topic] += sequence - next;
-    next = std::max(next, std::uint64_t{sequence} + 1);
+    next = std::uint64_t{sequence} + 1;
+    return true;
+  }
+
+  /// A sector that the disk kept from a deleted file, with a recording on it.
+  void NoteForeignData() {
+    if (!std::exchange(foreign_data_, true)) Note("data of another recording lie in the file; they were left out");
   }
 
   void TakeRaw(RawChannel channel, const McapMessage& message) {
@@ -137,6 +147,8 @@ class RecordingCollector final : public McapListener {
 
   Recording recording_;
   bool has_header_ = false;
+  std::string recording_id_;
+  bool foreign_data_ = false;
   int header_copies_ = 0;
   std::string header_problem_;
   std::uint64_t next_sequence_ = 0;
@@ -207,6 +219,7 @@ Result<Recording> ParseRecording(std::span<const std::byte> bytes, const std::st
   if (!recording) return recording;
   RecordingReport& report = recording->report;
   report.sealed = true;
+  report.frames_lost = opened->frames_lost;
   report.notes.insert(report.notes.begin(), opened->notes.begin(), opened->notes.end());
   return recording;
 }

@@ -88,6 +88,7 @@ struct RecordingWriter::State {
   McapWriter mcap;
   RingCalibration calibration;
   ScanHasher hasher;
+  std::string recording_id{};
   std::uint64_t levels = 0;
   std::map<RecordingChannel, std::uint32_t> counts{};
   std::vector<Pending> pending{};
@@ -146,7 +147,9 @@ Status RecordingWriter::State::Flush() {
 
 Status RecordingWriter::State::Start(const ScanHeader& header, std::uint64_t reserve_bytes) {
   if (reserve_bytes > 0) RETURN_IF_ERROR(mcap.Reserve(reserve_bytes));
-  RETURN_IF_ERROR(mcap.WritePreamble(RecordingPreamble(JsonFromHeader(header), header.program_version)));
+  const std::string json = JsonFromHeader(header);
+  recording_id = RecordingId(json);
+  RETURN_IF_ERROR(mcap.WritePreamble(RecordingPreamble(json, header.program_version)));
   RETURN_IF_ERROR(mcap.Sync());
   return storage->SyncFolder(temporary);
 }
@@ -165,6 +168,7 @@ Status RecordingWriter::State::End() {
   const std::map<std::string, std::string> end{{kLevelCountKey, level_count},
                                                {kScanHashKey, scan_hash},
                                                {kMessageCountsKey, messages},
+                                               {kRecordingKey, recording_id},
                                                {kSha256Key, Sha256OfText(level_count + scan_hash + messages)}};
   RETURN_IF_ERROR(mcap.WriteMetadata({std::string(kEndRecordName), end}));
   RETURN_IF_ERROR(mcap.Finish());

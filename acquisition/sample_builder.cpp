@@ -5,6 +5,7 @@
 #include "acquisition/calibrated_return.h"
 #include "acquisition/scan.h"
 #include "acquisition/scan_hash.h"
+#include "acquisition/scan_quality.h"
 
 namespace annulus {
 namespace {
@@ -42,7 +43,9 @@ std::optional<CalibratedReturn> Calibrate(const RingCalibration& calibration, st
 std::vector<SurfaceSample> BuildSamples(const Scan& scan) {
   std::vector<SurfaceSample> samples;
   const RingCalibration& calibration = scan.header.calibration;
-  for (const ScanLevel& level : scan.levels) {
+  const std::vector<float> factors = QualityWeights(scan);  // empty for nearly every scan
+  for (std::size_t at = 0; at < scan.levels.size(); ++at) {
+    const ScanLevel& level = scan.levels[at];
     const auto since_start = level.time - scan.levels.front().time;
     const std::size_t count = std::min(level.readings.size(), calibration.sensors.size());
     for (std::size_t sensor = 0; sensor < count; ++sensor) {
@@ -57,6 +60,7 @@ std::vector<SurfaceSample> BuildSamples(const Scan& scan) {
       sample.time_s = std::chrono::duration<double>(since_start).count();
       sample.ray_direction = calibrated->direction.cast<float>();
       sample.weight = static_cast<float>(reading.quality) / 255.0F;
+      if (!factors.empty()) sample.weight *= factors[at * calibration.sensors.size() + sensor];
       sample.level = level.index;
       sample.sensor = static_cast<std::uint16_t>(sensor);
       sample.sweep = level.sweep;

@@ -1,6 +1,8 @@
 #include "acquisition/scanner.h"
 
 #include <algorithm>
+#include <exception>
+#include <new>
 #include <utility>
 
 #include "acquisition/scanner_state.h"
@@ -52,6 +54,17 @@ void Scanner::State::NoteLocked(nanoseconds time, std::string text) {
   notes.emplace_back(time, std::move(text));
 }
 
+void Scanner::State::NoteChangeLocked(const ScanEvent& event, ScanState before, std::size_t causes) {
+  for (std::size_t i = causes; i < machine.causes().size(); ++i) {
+    const ScanCause& cause = machine.causes()[i];
+    NoteLocked(cause.time, std::string("cause ") + TraitsOf(cause.code).name + ": " + cause.text);
+  }
+  const ScanState after = machine.state();
+  if (after == before) return;
+  NoteLocked(event.time, std::string(ScanStateText(before)) + " -> " + ScanStateText(after) + " (" +
+                             ScanEventText(event.kind) + ")");
+}
+
 void Scanner::State::Warn(const std::string& text) {
   const std::scoped_lock lock(mutex);
   if (std::find(warnings.begin(), warnings.end(), text) != warnings.end()) return;
@@ -69,15 +82,12 @@ Status Scanner::State::HandleLocked(const ScanEvent& event) {
   const ScanState before = machine.state();
   const std::size_t causes = machine.causes().size();
   RETURN_IF_ERROR(machine.Handle(event));
-  for (std::size_t i = causes; i < machine.causes().size(); ++i) {
-    const ScanCause& cause = machine.causes()[i];
-    NoteLocked(cause.time, std::string("cause ") + TraitsOf(cause.code).name + ": " + cause.text);
-  }
   const ScanState after = machine.state();
-  if (after != before) {
-    NoteLocked(event.time, std::string(ScanStateText(before)) + " -> " + ScanStateText(after) + " (" +
-                               ScanEventText(event.kind) + ")");
-    if (!machine.may_move() && after != ScanState::kArmed) job_stop.request_stop();
+  if (after != before && !machine.may_move() && after != ScanState::kArmed) job_stop.request_stop();
+  try {
+    NoteChangeLocked(event, before, causes);
+  } catch (const std::bad_alloc&) {
+    // The change counts, and whoever asked for it goes on; the log has a gap.
   }
   return {};
 }
@@ -99,6 +109,7 @@ void Scanner::State::Fault(const ScanCause& cause) {
     default:
       break;
   }
+  if (ticked) JudgeGapLocked(event.time - *ticked, event.time);
   static_cast<void>(HandleLocked(event));  // a fault is never refused
 }
 
@@ -107,6 +118,7 @@ void Scanner::State::Fault(const ScanCause& cause) {
 Status Scanner::State::Order(Job job, const ScanEvent& event) {
   const std::scoped_lock lock(mutex);
   RETURN_IF_ERROR(machine.MayOrder(event.kind));
+  if (!relay_tested) return relay_tested;  // nothing stops the machine if the program dies
   if (order != Job::kNone || running != Job::kNone) {
     return Fail(std::string("carry out '") + ScanEventText(event.kind) + "'",
                 std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
@@ -257,15 +269,21 @@ ScannerStatus Scanner::status() const { return state_->Report(); }
 
 Status Scanner::Begin() {
   const auto measured = TestWatchdogRelay(state_->devices.interlock, state_->clock);
-  if (measured) {
-    state_->relay_tested = {};
-  } else {
-    state_->relay_tested = Fail(measured);
-  }
-  return state_->relay_tested;
+  Status tested = measured ? Status{} : Fail(measured);
+  const std::scoped_lock lock(state_->mutex);
+  state_->relay_tested = tested;
+  return tested;
 }
 
-void Scanner::Tick() { state_->Tick(); }
+void Scanner::Tick() {
+  try {
+    state_->Tick();
+  } catch (const std::bad_alloc&) {
+    state_->BreakTick(CauseCode::kMemory);
+  } catch (const std::exception&) {
+    state_->BreakTick(CauseCode::kInternal);
+  }
+}
 void Scanner::Step() { state_->Step(); }
 
 }  // namespace annulus

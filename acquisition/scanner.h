@@ -119,8 +119,8 @@ class Scanner {
   Status Jog(JogDirection direction);
   [[nodiscard]] ScannerStatus status() const;
 
-  /// Control thread, once, before the first tick: tests the watchdog relay, which takes about a second. An Error is
-  /// also kept as a check that fails: nothing can be armed then.
+  /// Control thread, once, before the first tick: tests the watchdog relay, which takes about a second. After an Error
+  /// nothing can be homed, armed or jogged.
   Status Begin();
   /// Control thread.
   void Tick();

@@ -18,13 +18,16 @@ constexpr milliseconds kTickOverrun{20};  ///< This is a stop.
 constexpr milliseconds kHang{200};        ///< After this the watchdog relay has dropped: the program was not there.
 constexpr std::size_t kMostLate = 3;
 constexpr std::chrono::seconds kLateWindow{1};
-/// The worker's longest silence: no call on a bus takes longer without a look at the clock.
-constexpr milliseconds kWorkerSilence{250};
+/// The worker's longest silence: no call on a bus takes longer without a look at the clock, and enable is off 250 ms
+/// after the last sign of life.
+constexpr milliseconds kWorkerSilence{200};
 /// At rest it may open files and devices.
 constexpr std::chrono::seconds kWorkerSilenceAtRest{5};
 /// A brake that has been closed for so long holds, whatever the drive says or does not say.
 constexpr milliseconds kBrakeHolds{50};
 constexpr std::size_t kMostLines = 1000;
+/// By which a wall clock that is set differs from one that is only corrected.
+constexpr milliseconds kWallJump{500};
 
 /// What the interlock's faults are to the machine; warnings are none.
 std::optional<CauseCode> CodeOf(InterlockFault fault) {
@@ -51,7 +54,17 @@ std::optional<CauseCode> CodeOf(InterlockFault fault) {
 
 void Scanner::State::Tick() {
   const nanoseconds now = clock.Now();
+  if (broken) {
+    ScanEvent event;
+    event.kind = ScanEventKind::kAwoke;  // SAFE, whatever it was
+    event.time = now;
+    event.cause = {*broken, *broken == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
+                   "press the reset button and acknowledge; if it happens again, restart the program", now};
+    static_cast<void>(Handle(event));
+    broken.reset();
+  }
   JudgeTickTime(now);
+  JudgeWallClock(now);
   const auto read = devices.interlock.Read();
   JudgeChain(read, now);
   JudgeTime(now);
@@ -76,28 +89,50 @@ void Scanner::State::JudgeTickTime(nanoseconds now) {
   {
     const std::scoped_lock lock(mutex);
     longest_tick = std::max(longest_tick, gap);
+    ticked = now;
+    JudgeGapLocked(gap, now);
   }
   if (gap <= kTickLate) return;
-  const std::string took = std::to_string(gap / milliseconds(1)) + " ms";
-  if (gap > kHang) {
-    ScanEvent event;
-    event.kind = ScanEventKind::kAwoke;
-    event.time = now;
-    event.cause = {CauseCode::kHostHang, "the program stood still for " + took,
-                   "look for what stopped it; then press the reset button", now};
-    static_cast<void>(Handle(event));
-    return;
-  }
-  const ScanState at = state();
-  const bool counts = at != ScanState::kSafe && at != ScanState::kIdle && at != ScanState::kFault;
-  if (gap > kTickOverrun && counts) {
-    Fault({CauseCode::kHostLate, "the control tick was late: " + took + " instead of 10 ms",
-           "close other programs; set up real-time priority (docs/booth.md)", now});
-    return;
-  }
   late_ticks.push_back(now);
   while (now - late_ticks.front() > kLateWindow) late_ticks.pop_front();
   if (late_ticks.size() >= kMostLate) Warn("the computer is busy: three control ticks in a second were late");
+}
+
+void Scanner::State::JudgeGapLocked(nanoseconds gap, nanoseconds now) {
+  if (gap <= kTickOverrun) return;
+  const std::string took = std::to_string(gap / milliseconds(1)) + " ms";
+  ScanEvent event;
+  event.time = now;
+  if (gap > kHang) {
+    event.kind = ScanEventKind::kAwoke;
+    event.cause = {CauseCode::kHostHang, "the program stood still for " + took,
+                   "look for what stopped it; then press the reset button", now};
+  } else {
+    const ScanState at = machine.state();
+    if (at == ScanState::kSafe || at == ScanState::kIdle || at == ScanState::kFault) return;
+    event.kind = ScanEventKind::kFaulted;
+    event.cause = {CauseCode::kHostLate, "the control tick was late: " + took + " instead of 10 ms",
+                   "close other programs; set up real-time priority (docs/booth.md)", now};
+  }
+  static_cast<void>(HandleLocked(event));
+}
+
+void Scanner::State::JudgeWallClock(nanoseconds now) {
+  const nanoseconds offset = clock.WallNow() - now;
+  const nanoseconds jump = wall_offset ? offset - *wall_offset : nanoseconds(0);
+  wall_offset = offset;
+  if (std::chrono::abs(jump) < kWallJump) return;
+  Warn("the computer's wall clock was set by " + std::to_string(jump / milliseconds(1)) + " ms");
+}
+
+void Scanner::State::BreakTick(CauseCode code) noexcept {
+  // Without a beat from now on until a tick comes to its end: the relay drops if none does.
+  broken = broken.value_or(code);
+  try {
+    static_cast<void>(devices.interlock.MakeSafe());
+  } catch (...) {
+    // Tried again at the next tick, which begins with SAFE.
+  }
 }
 
 void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanoseconds now) {
@@ -190,7 +225,8 @@ void Scanner::State::SetLines() {
     const std::scoped_lock lock(mutex);
     wanted = machine.Lines();
     wanted.emitters = wanted.emitters || proving;
-    // The relay's edge is used once: while the last drop is still on its way, enable waits.
+    // Nobody brings the axis to rest any more: the quick stop does, and the enable relay's contacts after it.
+    if (worker_dead) wanted.enable = wanted.quick_stop = wanted.emitters = false;
   }
   Interlock& interlock = devices.interlock;
   const auto set = [&](Out output, bool level) -> Status {

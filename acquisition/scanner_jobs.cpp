@@ -22,8 +22,7 @@ constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the d
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
 constexpr std::uint64_t kScansOfSpace = 5;
-constexpr std::uint64_t kBytesPerReading = 64;  ///< Of a recording with raw bytes, before it is packed; generous.
-constexpr milliseconds kReopenPatience{300};    ///< One attempt to find lost devices, in the background.
+constexpr milliseconds kReopenPatience{300};  ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
 /// A wall clock before this was never set.
@@ -68,15 +67,19 @@ void Scanner::State::Step() {
       Run(job);
     }
   } catch (const std::bad_alloc&) {
-    StopHard();
-    Fault({CauseCode::kMemory, "the program ran out of memory", "restart the program", clock.Now()});
+    Break(job, CauseCode::kMemory, "the program ran out of memory", "restart the program");
   } catch (const std::exception& error) {
-    StopHard();
-    Fault({CauseCode::kInternal, std::string("a bug of this program: ") + error.what(), "report this, with the log",
-           clock.Now()});
+    Break(job, CauseCode::kInternal, std::string("a bug of this program: ") + error.what(),
+          "report this, with the log");
   }
   const std::scoped_lock lock(mutex);
   running = Job::kNone;
+}
+
+void Scanner::State::Break(Job job, CauseCode code, const std::string& text, const std::string& advice) {
+  Fault({code, text, advice, clock.Now()});
+  StopHard();
+  if (job == Job::kScan && writer) Conclude(Fail("scan", text, advice));
 }
 
 void Scanner::State::Run(Job job) {
@@ -263,6 +266,7 @@ Status Scanner::State::Check(ArmReport& report) {
   task.Report("check the booth", 0, 1);
   {
     const std::scoped_lock lock(mutex);
+    check("watchdog_relay", relay_tested);
     check("chain", reading.latched ? Fail("arm a scan", reading.held_by, "press the reset button") : Status{});
     check("homed", machine.homed() ? Status{} : Fail("arm a scan", "the axis is not homed", "home it"));
     check("alarms", machine.causes().empty()
@@ -277,7 +281,6 @@ Status Scanner::State::Check(ArmReport& report) {
                        ? Fail("arm a scan", "the brake says that it is released", "check brake and its switch")
                        : Status{});
   }
-  check("watchdog_relay", relay_tested);
   check("drive", devices.axis.Verify());
   const GateAnswer answer = gate.Ask(armed);
   check("customer", answer.customer);
@@ -335,9 +338,7 @@ Status Scanner::State::ProveRing() {
 }
 
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
-  const std::uint64_t needed =
-      std::uint64_t{plan.TotalLevels()} * devices.ring.limits().sensor_count * kBytesPerReading +
-      (std::uint64_t{1} << 20);
+  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), devices.ring.limits().sensor_count);
   const auto room = storage.FreeBytes(armed.out);
   if (!room) return Fail(room);
   if (*room < kScansOfSpace * needed) {
@@ -349,6 +350,7 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   ScanHeader header = armed.header;
   header.plan_json = PlanJson(plan);
   header.wall_start_ns = clock.WallNow().count();
+  header.machine = Machine();
   RecordingOptions recording = options.recording;
   recording.reserve_bytes = needed;
   auto made = RecordingWriter::Create(storage, armed.out, header, recording);
@@ -363,6 +365,25 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
     RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
   }
   return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
+}
+
+RecordedMachine Scanner::State::Machine() const {
+  RecordedMachine machine_now;
+  machine_now.ring_bus = armed.header.machine.ring_bus;
+  for (const RingBoard& board : devices.ring.boards()) {
+    machine_now.boards.push_back(
+        {board.serial, board.first_sensor, board.sensor_count, board.protocol_version, board.firmware_version});
+  }
+  const AxisIdentity& identity = devices.axis.identity();
+  machine_now.axis_serial = identity.serial;
+  machine_now.axis_protocol_version = identity.protocol_version;
+  machine_now.axis_firmware_version = identity.firmware_version;
+  machine_now.axis_z_min_mm = identity.limits.z_min.value();
+  machine_now.axis_z_max_mm = identity.limits.z_max.value();
+  machine_now.axis_max_speed_mm_s = identity.limits.max_speed.value();
+  machine_now.axis_max_acceleration_mm_s2 = identity.limits.max_acceleration.value();
+  machine_now.level_rate_hz = plan.level_rate_hz;
+  return machine_now;
 }
 
 // --- scanning ---
@@ -398,22 +419,25 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     if (summary->levels == 0 && !summary->cancelled) {
       ended.status = Fail("scan", "not one level was taken", "check ring and plan");
     }
-  } else if (Stopping()) {
-    // The stop came between two steps, and what was refused then is no fault; what is one was told as it was seen.
-    ended.summary.cancelled = true;
-    ended.summary.planned_levels = plan.TotalLevels();
-    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
   } else {
     ended.status = Fail(summary);
-    // Told already if a device or the disk failed; anything else is told here.
-    Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
-           devices.clock.Now()});
+    ended.summary.planned_levels = plan.TotalLevels();
+    ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
+    // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
+    if (!Stopping()) {
+      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
+             devices.clock.Now()});
+    }
   }
   if (state() == ScanState::kStopping || state() == ScanState::kScanning) StopHard();
   if (devices.tap != nullptr) devices.tap->Detach();
   EndRecording(ended);
   ended.complete = ended.complete && ended.status && !ended.summary.cancelled;
   const std::scoped_lock lock(mutex);
+  if (!ended.status && machine.causes().empty()) {
+    ended.status = {};
+    ended.summary.cancelled = true;
+  }
   if (ended.status && !machine.causes().empty()) {
     const ScanCause& cause = machine.causes().front();
     ended.status = Fail("scan", cause.text, cause.advice);
@@ -462,6 +486,7 @@ Status Scanner::State::DrainLogs() {
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(DrainLogs());
   RETURN_IF_ERROR(writer->AppendLevel(level));
+  if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
   return {};
 }
@@ -525,6 +550,9 @@ void Scanner::State::Recover() {
 
 Status Scanner::State::MayMove() {
   const std::scoped_lock lock(mutex);
+  // Nothing moves while nobody looks at the chain.
+  const nanoseconds now = clock.Now();
+  if (ticked) JudgeGapLocked(now - *ticked, now);
   if (machine.may_move()) return {};
   return Fail("move the axis", std::string("the booth is ") + ScanStateText(machine.state()),
               machine.causes().empty() ? "wait, then give the order again" : machine.causes().front().advice);

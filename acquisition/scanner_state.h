@@ -35,15 +35,21 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   /// The same, with the mutex held.
   Status HandleLocked(const ScanEvent& event);
   void Fault(const ScanCause& cause);
+  /// What follows from the control thread's having been away for `gap`, whichever thread notices it.
+  void JudgeGapLocked(std::chrono::nanoseconds gap, std::chrono::nanoseconds now);
   /// What the control tick or the worker wants to be remembered.
   void NoteLocked(std::chrono::nanoseconds time, std::string text);
+  void NoteChangeLocked(const ScanEvent& event, ScanState before, std::size_t causes);
   void Warn(const std::string& text);
   [[nodiscard]] ScanState state() const;
 
   // --- control thread (scanner_control.cpp) ---
 
   void Tick();
+  /// A tick that ended with an exception: outputs off, and the machine SAFE as soon as it can be told.
+  void BreakTick(CauseCode code) noexcept;
   void JudgeTickTime(std::chrono::nanoseconds now);
+  void JudgeWallClock(std::chrono::nanoseconds now);
   void JudgeChain(const Result<InterlockReading>& reading, std::chrono::nanoseconds now);
   void JudgeTime(std::chrono::nanoseconds now);
   void JudgeStop(const InterlockReading& reading);
@@ -55,6 +61,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
 
   void Step();
   void Run(Job job);
+  /// After an exception in a job: everything stopped, the recording ended with what it has.
+  void Break(Job job, CauseCode code, const std::string& text, const std::string& advice);
   void Idle();
   Status Home();
   /// Waits until the home switch is found; success also when a stop is asked for.
@@ -63,6 +71,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status Check(ArmReport& report);
   Status ProveRing();
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
+  [[nodiscard]] RecordedMachine Machine() const;
   void Scan();
   void Search();
   void Conclude(Result<ScanSummary> summary);
@@ -131,6 +140,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::deque<SafetyLines> lines_log;
   std::optional<std::chrono::nanoseconds> beat;  ///< The worker's last sign of life.
   bool worker_dead = false;
+  std::optional<std::chrono::nanoseconds> ticked;  ///< When the control thread ticked last.
+  Status relay_tested = Fail("test the watchdog relay", "not tested since the program started", "restart the program");
   std::chrono::nanoseconds longest_tick{0};
 
   // Control thread only.
@@ -140,7 +151,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   bool was_latched = true;
   std::optional<std::chrono::nanoseconds> brake_closed_since;
   std::optional<SafetyLines> last_lines;
-  Status relay_tested = Fail("test the watchdog relay", "not tested since the program started", "restart the program");
+  std::optional<std::chrono::nanoseconds> wall_offset;  ///< Of the wall clock against the host's.
+  std::optional<CauseCode> broken;                      ///< Why a tick broke off; the machine is still to be told.
 
   // Worker thread only.
   std::stop_token job_stop_token;

@@ -207,8 +207,8 @@ Status ModbusScanAxis::CheckDrive(const DriveAnswer& answer) {
   }
   if (state_ == State::kEnabled && drive != DriveState::kOperationEnabled) {
     state_ = State::kFault;
-    return Fail("run the axis", "the drive is in state " + DriveText(answer),
-                "check the safety chain and the drive's enable line, then enable the axis again");
+    return FailAs(AxisTrouble::kDrive, "run the axis", "the drive is in state " + DriveText(answer),
+                  "check the safety chain and the drive's enable line, then enable the axis again");
   }
   return {};
 }

@@ -28,7 +28,7 @@ class CanFaultActor::Babbler final : public CanStation {
   }
   void EndBy(nanoseconds time) { to_ = std::min(to_, time); }
   void OnFrame(const CanFrame&, nanoseconds) override {}
-  void OnSent(const CanFrame&, nanoseconds) override { waiting_ = false; }
+  void OnSent(const CanFrame&, nanoseconds) override { --waiting_; }
   void OnState(CanState, nanoseconds) override {}
   [[nodiscard]] std::optional<nanoseconds> NextTime() const override {
     if (next_ >= to_) return std::nullopt;
@@ -37,12 +37,12 @@ class CanFaultActor::Babbler final : public CanStation {
   void Act(nanoseconds time) override {
     if (next_ >= to_ || next_ > time) return;
     next_ = std::max(next_ + period_, time + nanoseconds(1));
-    // What the bus does not take is not piled up.
-    due_ = !waiting_;
+    // One frame follows the other; what the bus does not take beyond that is not piled up.
+    due_ = waiting_ < 2;
   }
   std::vector<CanFrame> TakeFrames() override {
     if (!std::exchange(due_, false)) return {};
-    waiting_ = true;
+    ++waiting_;
     CanFrame frame;
     frame.id = id_;
     frame.size = 8;
@@ -55,7 +55,7 @@ class CanFaultActor::Babbler final : public CanStation {
   nanoseconds period_{1};
   std::uint32_t id_ = 0;
   bool due_ = false;
-  bool waiting_ = false;
+  int waiting_ = 0;
 };
 
 CanFaultActor::CanFaultActor(FaultGround ground, const FaultPlan& plan) : ground_(std::move(ground)) {

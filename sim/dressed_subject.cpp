@@ -3,78 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <utility>
 
 #include "base/ensure.h"
 #include "base/units.h"
+#include "sim/round_bar.h"
+#include "sim/space_noise.h"
 
 namespace annulus::sim {
-namespace {
-
-// [0, 1) from a cell of space; the finaliser of splitmix64 (Steele, Lea and Flood, 2014).
-double HashCell(std::int64_t x, std::int64_t y, std::int64_t z) {
-  std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL +
-                    static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL +
-                    static_cast<std::uint64_t>(z) * 0x165667B19E3779F9ULL;
-  h = (h ^ (h >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-  h = (h ^ (h >> 27U)) * 0x94D049BB133111EBULL;
-  return static_cast<double>((h ^ (h >> 31U)) >> 11U) * 0x1p-53;
-}
-
-// Value noise in [0, 1): hashed at whole places, trilinear between.
-double Noise(const Eigen::Vector3d& p) {
-  const Eigen::Vector3d cell = p.array().floor();
-  const Eigen::Vector3d share = p - cell;
-  double sum = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3i step(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
-    double weight = 1.0;
-    for (int axis = 0; axis < 3; ++axis) weight *= step[axis] == 1 ? share[axis] : 1.0 - share[axis];
-    sum += weight * HashCell(static_cast<std::int64_t>(cell.x()) + step.x(),
-                             static_cast<std::int64_t>(cell.y()) + step.y(),
-                             static_cast<std::int64_t>(cell.z()) + step.z());
-  }
-  return sum;
-}
-
-// Nearest entry of the ray into the ball, if the origin is outside.
-std::optional<SubjectHit> CastBall(const Ray& ray, const Eigen::Vector3d& centre, double radius) {
-  const Eigen::Vector3d to_centre = centre - ray.origin;
-  const double along = to_centre.dot(ray.direction);
-  const double discriminant = radius * radius - (to_centre - along * ray.direction).squaredNorm();
-  if (discriminant < 0.0) return std::nullopt;
-  const double distance = along - std::sqrt(discriminant);
-  if (distance < 0.0) return std::nullopt;
-  return SubjectHit{distance, (ray.origin + distance * ray.direction - centre) / radius, 1.0};
-}
-
-// Nearest entry into the mantle of a cylinder between its two end planes.
-std::optional<SubjectHit> CastMantle(const Ray& ray, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                     double radius) {
-  const Eigen::Vector3d axis = (to - from).normalized();
-  const Eigen::Vector3d d = ray.direction - axis * ray.direction.dot(axis);
-  const Eigen::Vector3d o = (ray.origin - from) - axis * (ray.origin - from).dot(axis);
-  const double a = d.squaredNorm();
-  if (a < 1e-18) return std::nullopt;  // along the axis: the end balls are met instead
-  const double half_b = d.dot(o);
-  const double discriminant = half_b * half_b - a * (o.squaredNorm() - radius * radius);
-  if (discriminant < 0.0) return std::nullopt;
-  const double distance = (-half_b - std::sqrt(discriminant)) / a;
-  const Eigen::Vector3d p = ray.origin + distance * ray.direction;
-  const double height = (p - from).dot(axis);
-  if (distance < 0.0 || height < 0.0 || height > (to - from).norm()) return std::nullopt;
-  return SubjectHit{distance, (p - from - axis * height) / radius, 1.0};
-}
-
-std::optional<SubjectHit> Nearer(const std::optional<SubjectHit>& a, const std::optional<SubjectHit>& b) {
-  if (!a) return b;
-  if (!b) return a;
-  return a->distance_mm <= b->distance_mm ? a : b;
-}
-
-}  // namespace
-
 DressedSubject::DressedSubject(std::unique_ptr<const Subject> bare, Dress dress)
     : bare_(std::move(bare)), dress_(std::move(dress)) {
   ENSURE(bare_ != nullptr, "somebody wears the dress");
@@ -127,9 +63,7 @@ std::optional<SubjectHit> DressedSubject::CastWire(const Ray& ray, double max_di
   const double radius = dress_.spectacles->wire_radius_mm;
   std::optional<SubjectHit> nearest;
   for (const Capsule& capsule : wire_) {
-    nearest = Nearer(nearest, CastMantle(ray, capsule.from, capsule.to, radius));
-    nearest = Nearer(nearest, CastBall(ray, capsule.from, radius));
-    nearest = Nearer(nearest, CastBall(ray, capsule.to, radius));
+    nearest = Nearer(nearest, CastRoundBar(ray, capsule.from, capsule.to, radius));
   }
   if (!nearest || nearest->distance_mm > max_distance_mm) return std::nullopt;
   nearest->reflectance = dress_.spectacles->frame_reflectance;
@@ -156,7 +90,7 @@ SubjectHit DressedSubject::WithHair(SubjectHit hit, const Eigen::Vector3d& p) co
   const double rho = std::hypot(x, y);
   const double front = rho > 0.0 ? 0.5 + 0.5 * y / rho : 0.5;  // 1 at the front, 0 at the back
   if (p.z() < hair.back_edge_mm + front * (hair.front_edge_mm - hair.back_edge_mm)) return hit;
-  hit.distance_mm = std::max(0.0, hit.distance_mm - hair.thickness_mm * Noise(p / hair.strand_mm));
+  hit.distance_mm = std::max(0.0, hit.distance_mm - hair.thickness_mm * SpaceNoise(p / hair.strand_mm));
   hit.reflectance *= hair.reflectance;
   return hit;
 }

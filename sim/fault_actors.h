@@ -80,6 +80,8 @@ class UsbFaultActor final : public FaultActor {
   static constexpr std::size_t kBoards = BoothDevices::kBoards;
   void Unplug(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void Plug(const Fault& fault, std::chrono::nanoseconds time);
+  /// Unplugs what is to be unplugged, now that it is known whether the bus or the ports are used.
+  void PullWaitingPlugs();
   void Confuse(const Fault& fault);
   void Rebuild();
   void TakeCall(std::size_t board, FaultyUsbPort::Call call);
@@ -91,6 +93,13 @@ class UsbFaultActor final : public FaultActor {
   std::array<UsbFaultLog, kBoards> log_;
   std::array<UsbIdentity, kBoards> identity_;
   std::array<bool, kBoards> to_plug_{};
+  struct WaitingPlug {
+    std::size_t board = 0;
+    std::chrono::nanoseconds unplug{0};
+    std::chrono::nanoseconds plug{0};
+    std::chrono::nanoseconds not_ready{0};
+  };
+  std::vector<WaitingPlug> waiting_;
   std::unique_ptr<UsbHostModel> host_;
   std::vector<std::unique_ptr<FaultyUsbPort>> ports_;
 };

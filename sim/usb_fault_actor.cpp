@@ -76,7 +76,10 @@ UsbFaultActor::UsbFaultActor(FaultGround ground) : ground_(std::move(ground)) {
 UsbHostModel& UsbFaultActor::host() {
   if (host_) return *host_;
   host_ = std::make_unique<UsbHostModel>(ground_.clock);
-  for (std::size_t board = 0; board < kBoards; ++board) host_->Add(ground_.booth.board(board));
+  for (std::size_t board = 0; board < kBoards; ++board) {
+    host_->Add(ground_.booth.board(board));
+    host_->SetIdentity(board, identity_[board].serial, identity_[board].port_path);
+  }
   host_->wrap = [this](std::unique_ptr<UsbPort> port) -> std::unique_ptr<UsbPort> {
     const std::size_t board = BoardOf(port->identity());
     auto faulty = std::make_unique<FaultyUsbPort>(std::move(port), plan_.at(board), log_.at(board));
@@ -84,6 +87,7 @@ UsbHostModel& UsbFaultActor::host() {
     faulty->OnCall([this, board](FaultyUsbPort::Call call) { TakeCall(board, call); });
     return faulty;
   };
+  PullWaitingPlugs();
   return *host_;
 }
 
@@ -94,6 +98,7 @@ std::vector<UsbPort*> UsbFaultActor::ports() {
     ports_.back()->FollowPlan(plan_.at(board));
     ports_.back()->OnCall([this, board](FaultyUsbPort::Call call) { TakeCall(board, call); });
   }
+  PullWaitingPlugs();
   std::vector<UsbPort*> ports;
   for (const auto& port : ports_) ports.push_back(port.get());
   return ports;
@@ -133,7 +138,7 @@ void UsbFaultActor::End(std::size_t number, const Fault& fault, nanoseconds time
   const bool planned = found != all.end() && found->to != nanoseconds::max();
   holding_.Remove(number);
   Rebuild();
-  // The bus was told at the beginning, if the end was known then.
+  // The bus was told at the beginning, or will be, if the end was known then.
   if (fault.kind == Kind::kUsbUnplug && !(planned && host_)) Plug(fault, time);
 }
 
@@ -142,13 +147,23 @@ void UsbFaultActor::Unplug(const Fault& fault, nanoseconds from, nanoseconds to)
   const nanoseconds not_ready = Milliseconds(1000.0 * fault.Value(FaultArg::kNotReadyS));
   for (std::size_t board = 0; board < kBoards; ++board) {
     if (!Meets(fault, board)) continue;
-    const nanoseconds time = std::max(ground_.clock.Now(), from + spread * static_cast<std::int64_t>(board));
+    const nanoseconds time = from + spread * static_cast<std::int64_t>(board);
+    waiting_.push_back({board, time, to, not_ready});
+  }
+  if (host_ || !ports_.empty()) PullWaitingPlugs();
+}
+
+void UsbFaultActor::PullWaitingPlugs() {
+  for (const WaitingPlug& plug : std::exchange(waiting_, {})) {
+    const nanoseconds time = std::max(ground_.clock.Now(), plug.unplug);
     if (!host_) {
-      ground_.booth.board(board).UnplugAt(time);
+      ground_.booth.board(plug.board).UnplugAt(time);
       continue;
     }
-    host_->UnplugAt(board, time);
-    if (to != nanoseconds::max()) host_->PlugAt(board, std::max(to, time + nanoseconds(1)), not_ready);
+    host_->UnplugAt(plug.board, time);
+    if (plug.plug != nanoseconds::max()) {
+      host_->PlugAt(plug.board, std::max(plug.plug, time + nanoseconds(1)), plug.not_ready);
+    }
   }
 }
 
@@ -184,16 +199,19 @@ void UsbFaultActor::Confuse(const Fault& fault) {
     claim.value = value;
     ground_.booth.board(who).faults().Add(claim);
   };
+  const auto number = [this](std::size_t who) { return std::stod(identity_[who].serial.substr(2)); };  // after "RB"
+  lie(board, BoardFaultKind::kSerial, number(other));
   if (fault.kind == Kind::kUsbSameSerial) {
     identity_[board].serial = identity_[other].serial;
-    lie(board, BoardFaultKind::kSerial, std::stod(identity_[other].serial.substr(2)));  // after "RB"
   } else {
-    std::swap(identity_[board].port_path, identity_[other].port_path);
+    // What stands in one place now is the other one's electronics, with all that it says of itself.
+    lie(other, BoardFaultKind::kSerial, number(board));
     lie(board, BoardFaultKind::kPlace, static_cast<double>(other * kSensorsPerBoard));
     lie(other, BoardFaultKind::kPlace, static_cast<double>(board * kSensorsPerBoard));
+    std::swap(identity_[board].serial, identity_[other].serial);
   }
   for (const std::size_t one : {board, other}) {
-    host().SetIdentity(one, identity_[one].serial, identity_[one].port_path);
+    if (host_) host_->SetIdentity(one, identity_[one].serial, identity_[one].port_path);
   }
 }
 

@@ -4,11 +4,16 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/csv_scan.h"
+#include "acquisition/hdf5_writer.h"
 #include "acquisition/recording.h"
+#include "acquisition/recording_recovery.h"
+#include "base/log.h"
+#include "base/sha256.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/model_json.h"
 #include "station/commands.h"
 #include "station/files.h"
+#include "station/key_file.h"
 
 namespace annulus {
 namespace {
@@ -29,27 +34,73 @@ Status Import(const ImportOptions& options, CommandIo& io) {
 struct ExportOptions {
   std::string scan;
   std::string out;
+  std::string key_file;
 };
 
 bool EndsWith(const std::string& text, const std::string& ending) {
   return text.size() >= ending.size() && text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
 }
 
+/// The whole recording as plain MCAP, packed anew.
+Status ExportPlain(const ExportOptions& options, const KeySource* keys, CommandIo& io) {
+  const auto summary = RecoverRecording(io.storage(), options.scan, options.out, keys, RecoveredAs::kPlain);
+  if (!summary) return Fail(summary);
+  if (!summary->lossless || !summary->was_finished) {
+    Log(LogLevel::kWarning, options.scan + " is damaged or unfinished: " + summary->BriefReport());
+  }
+  return {};
+}
+
+Status ExportHdf5(const ExportOptions& options, const KeySource* keys, CommandIo& io) {
+  const auto recording = ReadWholeRecording(io.storage(), options.scan, keys);
+  if (!recording) return Fail(recording);
+  if (!recording->report.clean()) Log(LogLevel::kWarning, options.scan + " is damaged or unfinished");
+  return WriteHdf5Recording(io.storage(), options.out, *recording);
+}
+
 Status Export(const ExportOptions& options, CommandIo& io) {
   const bool table = EndsWith(options.out, ".csv") || EndsWith(options.out, ".csv.gz");
-  if (!table && (EndsWith(options.out, ".mcap") || EndsWith(options.out, ".h5"))) {
-    return NotYet(io, "export to " + options.out);
-  }
-  if (!table) {
+  const bool hdf5 = EndsWith(options.out, ".h5");
+  const bool mcap = EndsWith(options.out, ".mcap");
+  if (!table && !mcap && !hdf5) {
     return Fail("export to " + options.out, "the format is not known from this name",
-                "give a name that ends in .csv or .csv.gz");
+                "give a name that ends in .csv, .csv.gz, .mcap or .h5");
   }
-  const auto scan = ReadRecording(io.storage(), options.scan);
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
+  if (mcap) return ExportPlain(options, keys->get(), io);
+  if (hdf5) return ExportHdf5(options, keys->get(), io);
+  const auto scan = ReadRecording(io.storage(), options.scan, keys->get());
   if (!scan) return Fail(scan);
   return WriteCsvScan(io.storage(), options.out, *scan);
 }
 
 using Json = nlohmann::ordered_json;
+
+Json CountsJson(const std::map<std::string, std::uint64_t>& counts) {
+  Json json = Json::object();
+  for (const auto& [topic, count] : counts) json[topic] = count;
+  return json;
+}
+
+/// Null for a scan that no machine of ours took.
+Json MachineJson(const RecordedMachine& machine) {
+  if (machine == RecordedMachine{}) return nullptr;
+  Json boards = Json::array();
+  for (const RecordedBoard& board : machine.boards) {
+    boards.push_back({{"serial", board.serial},
+                      {"first_sensor", board.first_sensor},
+                      {"sensor_count", board.sensor_count},
+                      {"firmware_version", board.firmware_version}});
+  }
+  return {{"ring_bus", machine.ring_bus},
+          {"level_rate_hz", machine.level_rate_hz},
+          {"boards", std::move(boards)},
+          {"axis_serial", machine.axis_serial},
+          {"axis_firmware_version", machine.axis_firmware_version},
+          {"axis_z_min_mm", machine.axis_z_min_mm},
+          {"axis_z_max_mm", machine.axis_z_max_mm}};
+}
 
 Json InspectRecording(const Recording& recording) {
   const Scan& scan = recording.scan;
@@ -68,7 +119,11 @@ Json InspectRecording(const Recording& recording) {
   return {{"kind", "recording"},
           {"finished", recording.report.finished},
           {"levels", scan.levels.size()},
+          {"sealed", recording.report.sealed},
+          {"recovered", recording.report.recovered},
           {"levels_lost", recording.report.levels_lost},
+          {"messages", CountsJson(recording.report.messages)},
+          {"messages_lost", CountsJson(recording.report.messages_lost)},
           {"notes", recording.report.notes},
           {"sweeps", sweeps},
           {"sensors", scan.header.calibration.sensors.size()},
@@ -81,6 +136,7 @@ Json InspectRecording(const Recording& recording) {
           {"source", scan.header.source},
           {"program_version", scan.header.program_version},
           {"seed", scan.header.seed},
+          {"machine", MachineJson(scan.header.machine)},
           {"axis_points", recording.axis.size()},
           {"events", recording.events.size()},
           {"hash", ScanHash(scan)}};
@@ -129,16 +185,38 @@ std::string AsText(const Json& json) {
 struct InspectOptions {
   std::string file;
   std::string json;
+  std::string key_file;
 };
 
-Result<Json> InspectFile(const std::string& path, CommandIo& io) {
+/// A recording, or of a sealed one without its key what stands outside.
+Result<Json> InspectRecordingBytes(std::span<const std::byte> bytes, const std::string& path, const KeySource* keys) {
+  const std::string content_hash = "sha256:" + Sha256Hex(bytes);
+  std::optional<std::string> key_id;
+  if (LooksSealed(bytes)) {
+    const auto id = SealedKeyId(bytes, path);
+    if (!id) return Fail(id);
+    key_id = *id;
+    if (keys == nullptr) {
+      return Json{{"kind", "sealed recording"},
+                  {"key_id", *key_id},
+                  {"bytes", bytes.size()},
+                  {"content_hash", content_hash},
+                  {"note", "give --key-file to see what it holds"}};
+    }
+  }
+  const auto recording = ParseRecording(bytes, path, keys);
+  if (!recording) return Fail(recording);
+  Json json = InspectRecording(*recording);
+  if (key_id) json["key_id"] = *key_id;
+  json["bytes"] = bytes.size();
+  json["content_hash"] = content_hash;
+  return json;
+}
+
+Result<Json> InspectFile(const std::string& path, const KeySource* keys, CommandIo& io) {
   const auto bytes = io.storage().ReadAll(path, kMaxInputBytes);
   if (!bytes) return Fail(bytes);
-  if (LooksLikeRecording(*bytes)) {
-    const auto recording = ParseRecording(*bytes, path);
-    if (!recording) return Fail(recording);
-    return InspectRecording(*recording);
-  }
+  if (LooksLikeRecording(*bytes)) return InspectRecordingBytes(*bytes, path, keys);
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   // Our JSON files say what they are near the beginning.
   const std::string_view head = text.substr(0, 400);
@@ -169,7 +247,9 @@ Result<Json> InspectFile(const std::string& path, CommandIo& io) {
 }
 
 Status Inspect(const InspectOptions& options, CommandIo& io) {
-  const auto json = InspectFile(options.file, io);
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
+  const auto json = InspectFile(options.file, keys->get(), io);
   if (!json) return Fail(json);
   return options.json.empty() ? io.Print(AsText(*json)) : io.WriteJson(options.json, *json);
 }
@@ -188,9 +268,13 @@ void AddImportCommand(CLI::App& app, CommandWork& chosen) {
 
 void AddExportCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<ExportOptions>();
-  CLI::App* command = app.add_subcommand("export", "write a recording as a table, with calibrated points");
+  CLI::App* command = app.add_subcommand(
+      "export", "write a recording in another format: table with calibrated points, plain MCAP, HDF5");
   command->add_option("scan", options->scan, "recording")->required();
-  command->add_option("--out", options->out, "table to write: F.csv or F.csv.gz")->required()->type_name("FILE");
+  command->add_option("--out", options->out, "F.csv, F.csv.gz (tables), F.mcap (plain, packed anew) or F.h5")
+      ->required()
+      ->type_name("FILE");
+  AddKeyFileOption(*command, options->key_file);
   command->footer("Example: annulus export scan.mcap --out points.csv.gz");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Export(*options, io); }; });
 }
@@ -199,6 +283,7 @@ void AddInspectCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand("inspect", "say what is in a recording, model, frame or worn frame");
   command->add_option("file", options->file, "any file of ours")->required();
+  AddKeyFileOption(*command, options->key_file);
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus inspect scan.mcap");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Inspect(*options, io); }; });

@@ -12,6 +12,7 @@
 #include "station/commands.h"
 #include "station/files.h"
 #include "station/fit_scan.h"
+#include "station/key_file.h"
 #include "station/paper_picture.h"
 
 namespace annulus {
@@ -24,6 +25,7 @@ struct FitCommandOptions {
   std::string report;
   std::string report_image;
   bool no_covariance = false;
+  std::string key_file;
 };
 
 /// An error about files names them: `fit scan.mcap` rather than `fit a surface`.
@@ -35,9 +37,11 @@ Error About(Error error, const std::vector<std::string>& paths) {
 }
 
 Status RunFit(const FitCommandOptions& options, CommandIo& io) {
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
   std::vector<Scan> scans;
   for (const std::string& path : options.scans) {
-    auto scan = ReadRecording(io.storage(), path);
+    auto scan = ReadRecording(io.storage(), path, keys->get());
     if (!scan) return Fail(scan);
     scans.push_back(std::move(*scan));
   }
@@ -193,6 +197,7 @@ void AddFitCommand(CLI::App& app, CommandWork& chosen) {
                    "draw the residuals; with --method paper the sections, their knots and the surface's net")
       ->type_name("F.png");
   command->add_flag("--no-covariance", options->no_covariance, "leave the normal matrix out of the model");
+  AddKeyFileOption(*command, options->key_file);
   command->footer("Example: annulus fit scan.mcap --out model.json --report report.json");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFit(*options, io); }; });
 }

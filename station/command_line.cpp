@@ -12,6 +12,9 @@
 #include "station/commands.h"
 
 namespace annulus {
+
+void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
+
 namespace {
 
 constexpr int kFailed = 1;
@@ -23,14 +26,12 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 13> kLater{{{"recover", "save what is sound of a damaged recording"},
-                                               {"calibrate", "solve for the ring's geometry and offsets"},
+constexpr std::array<LaterCommand, 11> kLater{{{"calibrate", "solve for the ring's geometry and offsets"},
                                                {"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
                                                {"flatten", "flat patterns"},
                                                {"wrinkly", "wrinkly surfaces"},
                                                {"convert", "other file formats"},
-                                               {"boothd", "the process that owns the devices"},
                                                {"serve", "the operator's console"},
                                                {"store", "customers, scans and their files"},
                                                {"rebuild", "derive everything again from recordings"},
@@ -85,6 +86,11 @@ void AddJsonOption(CLI::App& command, std::string& target) {
   command.add_option("--json", target, "write the result as JSON to FILE; - is standard output")->type_name("FILE");
 }
 
+void AddKeyFileOption(CLI::App& command, std::string& path) {
+  command.add_option("--key-file", path, "keys of sealed recordings: lines ID = 64 hex digits, mode 0600")
+      ->type_name("FILE");
+}
+
 int RunCommandLine(int argc, const char* const* argv, const std::stop_token& stop) {
   CLI::App app("annulus: scans people with a ring of range sensors, measures them and makes their glasses", "annulus");
   app.set_version_flag("--version", std::string("annulus ") + ProgramVersion());
@@ -95,10 +101,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   AddProgressOption(app, progress);
   CommandWork chosen;
   for (const auto& add :
-       {AddDemoCommand, AddScanCommand, AddReplayCommand, AddImportCommand, AddExportCommand, AddInspectCommand,
-        AddFitCommand, AddEvalCommand, AddSectionCommand, AddSlabCommand, AddRegionCommand, AddDistanceCommand,
-        AddLandmarksCommand, AddMeasureCommand, AddCompareCommand, AddGlassesCommand, AddRenderCommand,
-        AddDoctorCommand, AddSimDevicesCommand}) {
+       {AddDemoCommand,    AddScanCommand,    AddReplayCommand,   AddImportCommand,    AddExportCommand,
+        AddInspectCommand, AddRecoverCommand, AddFitCommand,      AddEvalCommand,      AddSectionCommand,
+        AddSlabCommand,    AddRegionCommand,  AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
+        AddCompareCommand, AddGlassesCommand, AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
+        AddBoothdCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

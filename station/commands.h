@@ -20,6 +20,7 @@ void AddReplayCommand(CLI::App& app, CommandWork& chosen);
 void AddImportCommand(CLI::App& app, CommandWork& chosen);
 void AddExportCommand(CLI::App& app, CommandWork& chosen);
 void AddInspectCommand(CLI::App& app, CommandWork& chosen);
+void AddRecoverCommand(CLI::App& app, CommandWork& chosen);
 void AddFitCommand(CLI::App& app, CommandWork& chosen);
 void AddEvalCommand(CLI::App& app, CommandWork& chosen);
 void AddSectionCommand(CLI::App& app, CommandWork& chosen);
@@ -42,5 +43,8 @@ void AddLaterCommand(CLI::App& parent, const std::string& name, const std::strin
 
 /// Adds the option --json FILE ("-" = stdout) to a command that has a machine-readable result.
 void AddJsonOption(CLI::App& command, std::string& target);
+
+/// Adds the option --key-file FILE to a command that reads recordings.
+void AddKeyFileOption(CLI::App& command, std::string& path);
 
 }  // namespace annulus

@@ -57,7 +57,12 @@ void ReadSim(const toml::node& node, SimConfig& sim) {
              {"hair", ToFlag(sim.hair)},
              {"spectacles", ToFlag(sim.spectacles)},
              {"dark_patches", ToFlag(sim.dark_patches)},
-             {"faults", Ignore()},
+             {"faults", ToText(sim.faults)},
+             {"cap", ToFlag(sim.cap)},
+             {"loose_clothing", ToFlag(sim.loose_clothing)},
+             {"step_aside_s", ToNumber(sim.step_aside_s, 0.0, 1e4)},
+             {"leave_s", ToNumber(sim.leave_s, 0.0, 1e4)},
+             {"raise_arm_s", ToNumber(sim.raise_arm_s, 0.0, 1e4)},
              {"operator", Ignore()}});
 }
 

@@ -37,6 +37,12 @@ struct SimConfig {
   bool hair = false;
   bool spectacles = false;
   bool dark_patches = false;
+  std::string faults;  ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
+  bool cap = false;
+  bool loose_clothing = false;
+  std::optional<double> step_aside_s;  ///< On the booth's clock, as the times of a recording's levels.
+  std::optional<double> leave_s;
+  std::optional<double> raise_arm_s;
 };
 
 /// A station's configuration (docs/config.md). Unknown keys are errors.

@@ -14,6 +14,8 @@ namespace annulus {
 
 /// Which bus the ring hangs on.
 enum class RingBus { kSimulated, kUsb, kCan };
+/// As the configuration writes it: "sim", "usb", "can".
+[[nodiscard]] const char* RingBusText(RingBus bus);
 
 /// [ring]
 struct RingConfig {

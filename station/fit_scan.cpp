@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/scan_quality.h"
 #include "fitting/fit_segments.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/paper_json.h"
@@ -114,6 +115,26 @@ double ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
 
 }  // namespace
 
+namespace {
+
+/// How the levels of a scan are displaced, if that was seen; scans of several stand for each other, so the worst
+/// counts.
+std::optional<SwayErrors> SwayOf(const std::vector<Scan>& scans) {
+  constexpr double kSeen = 0.3;  // mm: less is the noise of the comparison
+  std::optional<SwayErrors> worst;
+  for (const Scan& scan : scans) {
+    const auto motion = MeasureMotion(scan);
+    if (!motion || std::hypot(motion->sigma_x_mm, motion->sigma_y_mm) < kSeen) continue;
+    if (worst && std::hypot(worst->sigma_x, worst->sigma_y) >= std::hypot(motion->sigma_x_mm, motion->sigma_y_mm)) {
+      continue;
+    }
+    worst = SwayErrors{motion->sigma_x_mm, motion->sigma_y_mm, motion->correlation_length_mm};
+  }
+  return worst;
+}
+
+}  // namespace
+
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
   ScanFit result;
   std::string hashes;
@@ -131,6 +152,11 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
   auto fit = FitBody(result.samples, options, context);
   if (!fit) return Fail(fit);
   result.fit = std::move(*fit);
+  if (const auto sway = SwayOf(scans)) {
+    auto& systematic = result.fit.model.systematic;
+    if (!systematic) systematic.emplace();
+    systematic->sway = *sway;
+  }
   Provenance& provenance = result.fit.model.provenance;
   provenance.recording_hash = hashes;
   provenance.calibration_hash = ScanHash({scans.front().header, {}});  // of the geometry alone

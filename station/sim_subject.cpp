@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "base/ensure.h"
+#include "sim/acting_subject.h"
+#include "sim/clothed_subject.h"
 #include "sim/dressed_subject.h"
 #include "sim/head.h"
 #include "sim/mesh_subject.h"
@@ -44,6 +46,73 @@ sim::ParametricBody BareSubject(const std::string& subject) {
   return subject == "body" ? sim::MakePerson({}) : sim::MakeHead({});
 }
 
+namespace {
+
+/// Lengths that are known at a stature of 1700 mm, on this subject.
+double Scaled(double length_mm, const sim::Subject& subject) { return length_mm * subject.top_mm() / 1700.0; }
+
+sim::Cap CapOf(const sim::Subject& subject, const sim::Placement& placement) {
+  sim::Cap cap;
+  cap.rim_mm = Scaled(1625.0, subject);
+  cap.axis_x_mm = placement.x_mm;
+  cap.axis_y_mm = placement.y_mm;
+  cap.forehead_mm = Scaled(92.0, subject);
+  return cap;
+}
+
+sim::LooseClothing ClothingOf(const sim::Subject& subject) {
+  sim::LooseClothing clothing;
+  clothing.low_mm = Scaled(850.0, subject);
+  clothing.high_mm = Scaled(1380.0, subject);
+  return clothing;
+}
+
+/// The right arm held out to the front at chest height; of a head alone, the hand before the face.
+std::unique_ptr<sim::Subject> RaisingArm(std::unique_ptr<sim::ParametricBody> body, double at_s) {
+  sim::ParametricBody::Description without{body->name(),    {},           body->levels(),
+                                           body->heights(), body->face(), body->placement()};
+  for (const sim::ParametricBody::Part& part : body->parts()) {
+    if (part.id != sim::BodyPart::kRightArm) without.parts.push_back(part);
+  }
+  sim::HeldOutArm arm;
+  arm.at_s = at_s;
+  const double scale = body->top_mm() / 1700.0;
+  if (body->name() == "head") {
+    arm.shoulder = {260.0, 120.0, 1300.0};
+    arm.elbow = {270.0, 200.0, 1380.0};
+    arm.hand = {60.0, 180.0, 1560.0};
+  }
+  for (Eigen::Vector3d* place : {&arm.shoulder, &arm.elbow, &arm.hand}) *place *= scale;
+  return std::make_unique<sim::ArmRaisingSubject>(std::move(body),
+                                                  std::make_unique<sim::ParametricBody>(std::move(without)), arm);
+}
+
+/// Puts motion and steps on whoever is dressed already.
+std::unique_ptr<sim::Subject> Moving(std::unique_ptr<sim::Subject> subject, const SimConfig& config) {
+  if (config.sway > 0.0 || config.breathing > 0.0) {
+    sim::MotionOptions motion;
+    motion.sway_scale = config.sway;
+    motion.breathing_share = config.breathing;
+    motion.breathing_height_mm = 0.735 * subject->top_mm();  // chest level of a standing person
+    motion.seed = config.seed;
+    subject = std::make_unique<sim::MovingSubject>(std::move(subject), motion);
+  }
+  if (!config.step_aside_s && !config.leave_s) return subject;
+  std::optional<sim::StepAside> step;
+  if (config.step_aside_s) step.emplace().at_s = *config.step_aside_s;
+  return std::make_unique<sim::WalkingSubject>(std::move(subject), step, config.leave_s);
+}
+
+/// What only a built-in subject can do, because its parts are known.
+std::string NeedsBuiltIn(const SimConfig& config) {
+  if (config.spectacles) return "sim.spectacles";
+  if (config.cap) return "sim.cap";
+  if (config.raise_arm_s) return "sim.raise_arm_s";
+  return {};
+}
+
+}  // namespace
+
 Result<std::unique_ptr<sim::Subject>> MakeSimSubject(const SimConfig& config, Storage& storage) {
   std::unique_ptr<sim::Subject> subject;
   sim::Placement placement;
@@ -52,11 +121,15 @@ Result<std::unique_ptr<sim::Subject>> MakeSimSubject(const SimConfig& config, St
     auto body = std::make_unique<sim::ParametricBody>(BareSubject(config.subject));
     placement = body->placement();
     if (config.spectacles) dress.spectacles.emplace().face = body->face();
-    subject = std::move(body);
+    if (config.raise_arm_s) {
+      subject = RaisingArm(std::move(body), *config.raise_arm_s);
+    } else {
+      subject = std::move(body);
+    }
   } else {
-    if (config.spectacles) {
-      return Fail("put spectacles on " + config.subject, "the face of a mesh file is not known",
-                  "leave sim.spectacles out, or choose the subject body or head");
+    if (const std::string key = NeedsBuiltIn(config); !key.empty()) {
+      return Fail("simulate " + key + " with " + config.subject, "head and arms of a mesh file are not known",
+                  "leave " + key + " out, or choose the subject body or head");
     }
     sim::MeshPlacement mesh;
     mesh.up = config.subject_y_up ? sim::UpAxis::kY : sim::UpAxis::kZ;
@@ -75,15 +148,14 @@ Result<std::unique_ptr<sim::Subject>> MakeSimSubject(const SimConfig& config, St
   if (dress.hair || dress.spectacles || !dress.dark_patches.empty()) {
     subject = std::make_unique<sim::DressedSubject>(std::move(subject), std::move(dress));
   }
-  if (config.sway > 0.0 || config.breathing > 0.0) {
-    sim::MotionOptions motion;
-    motion.sway_scale = config.sway;
-    motion.breathing_share = config.breathing;
-    motion.breathing_height_mm = 0.735 * subject->top_mm();  // chest level of a standing person
-    motion.seed = config.seed;
-    subject = std::make_unique<sim::MovingSubject>(std::move(subject), motion);
+  if (config.cap || config.loose_clothing) {
+    std::optional<sim::Cap> cap;
+    std::optional<sim::LooseClothing> clothing;
+    if (config.cap) cap = CapOf(*subject, placement);
+    if (config.loose_clothing) clothing = ClothingOf(*subject);
+    subject = std::make_unique<sim::ClothedSubject>(std::move(subject), cap, clothing);
   }
-  return subject;
+  return Moving(std::move(subject), config);
 }
 
 }  // namespace annulus

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
+#include "acquisition/mcap_writer.h"
+#include "acquisition/recording_channels.h"
+#include "acquisition/scan_json.h"
 #include "scan_fixture.h"
 #include "tests/support/test_storage.h"
 
@@ -77,6 +82,125 @@ TEST(Recording, KeepsAxisTrackAndEventsInTheirOrder) {
   EXPECT_EQ(read->axis, (std::vector<AxisPoint>{{nanoseconds(2), 1800.25}, {nanoseconds(3), 0.1}}));
   EXPECT_EQ(read->events,
             (std::vector<RecordedEvent>{{nanoseconds(1), "sweep 0 begins: \"down\"\n"}, {nanoseconds(4), "done"}}));
+}
+
+RawRecord Raw(RawChannel channel, std::int64_t time_ns, const std::string& text) {
+  const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+  return {channel, std::chrono::nanoseconds(time_ns), {bytes.begin(), bytes.end()}};
+}
+
+bool SameRaw(const std::vector<RawRecord>& a, const std::vector<RawRecord>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const RawRecord& x, const RawRecord& y) {
+    return x.channel == y.channel && x.time == y.time && x.bytes == y.bytes;
+  });
+}
+
+TEST(Recording, KeepsRawBytesInTheOrderInWhichTheyPassedTheBuses) {
+  TestStorage storage;
+  const Scan scan = MakeScan(2, 3);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+  ASSERT_TRUE(writer);
+  const std::int64_t start = scan.levels[0].time.count();
+  std::vector<RawRecord> raw{Raw(RawChannel::kUsb, start + 5, {"\0\x01\xff", 3}), Raw(RawChannel::kCall, start + 5, ""),
+                             Raw(RawChannel::kModbus, start + 3, "told late"), Raw(RawChannel::kCan, start + 9, "c")};
+  for (int i = 0; i < 500; ++i)
+    raw.push_back(Raw(static_cast<RawChannel>(i % 4), start + 10 + i, std::string(1000, 'r')));
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    ASSERT_TRUE(writer->AppendRaw(raw[i]));
+    if (i == 300) {
+      ASSERT_TRUE(writer->AppendLevel(scan.levels[0]));
+    }
+  }
+  ASSERT_TRUE(writer->Finish());
+  const auto read = ReadWholeRecording(storage, kPath);
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->report.clean());
+  EXPECT_TRUE(SameRaw(read->raw, raw));
+  EXPECT_EQ(read->report.messages.at("/bus/usb"), 126U);
+  EXPECT_EQ(read->report.messages.at("/points"), 1U);
+}
+
+TEST(Recording, KeepsTheLinesOfTheSafetyChain) {
+  TestStorage storage;
+  const Scan scan = MakeScan(1, 3);
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header);
+  ASSERT_TRUE(writer);
+  std::vector<SafetyLines> lines;
+  for (std::size_t i = 0; i < kInterlockInputs; ++i) {
+    SafetyLines changed;
+    changed.time = std::chrono::nanoseconds(i);
+    changed.input[i] = true;
+    changed.output[i % kInterlockOutputs] = true;
+    lines.push_back(changed);
+    ASSERT_TRUE(writer->AppendSafety(changed));
+  }
+  ASSERT_TRUE(writer->AppendLevel(scan.levels[0]));
+  ASSERT_TRUE(writer->Finish());
+  const auto read = ReadWholeRecording(storage, kPath);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->safety, lines);
+}
+
+TEST(Recording, WritesWhatCameBetweenTwoLevelsTogetherWithTheNextOne) {
+  TestStorage storage;
+  const Scan scan = MakeScan(3, 4);
+  RecordingOptions options;
+  options.sync_every_levels = 0;
+  auto writer = RecordingWriter::Create(storage, kPath, scan.header, options);
+  ASSERT_TRUE(writer);
+  for (const ScanLevel& level : scan.levels) {
+    const std::uint64_t before = storage.calls();
+    const std::int64_t time = level.time.count();
+    ASSERT_TRUE(writer->AppendRaw(Raw(RawChannel::kUsb, time + 1, "bytes")));
+    ASSERT_TRUE(writer->AppendAxis(level.time, 5.0));
+    ASSERT_TRUE(writer->AppendEvent(level.time, "something"));
+    EXPECT_EQ(storage.calls(), before);
+    ASSERT_TRUE(writer->AppendLevel(level));
+    EXPECT_EQ(storage.calls(), before + 1);
+  }
+}
+
+TEST(Recording, WithoutLevelsIsWrittenOnceItSpansAHundredMillisecondsOr64KiB) {
+  TestStorage storage;
+  RecordingOptions options;
+  options.sync_every_levels = 0;
+  auto writer = RecordingWriter::Create(storage, kPath, MakeScan(1, 4).header, options);
+  ASSERT_TRUE(writer);
+  const std::uint64_t before = storage.calls();
+  using std::chrono::milliseconds;
+  ASSERT_TRUE(writer->AppendAxis(milliseconds(1'000), 1.0));
+  ASSERT_TRUE(writer->AppendAxis(milliseconds(1'100), 2.0));
+  EXPECT_EQ(storage.calls(), before);
+  ASSERT_TRUE(writer->AppendAxis(milliseconds(1'101), 3.0));
+  EXPECT_EQ(storage.calls(), before + 1);
+  for (int i = 0; i < 3; ++i)
+    ASSERT_TRUE(writer->AppendRaw(Raw(RawChannel::kCan, 1'101'000'000, std::string(30'000, 'x'))));
+  EXPECT_EQ(storage.calls(), before + 1);
+  ASSERT_TRUE(writer->AppendRaw(Raw(RawChannel::kCan, 1'101'000'000, "y")));
+  EXPECT_EQ(storage.calls(), before + 2);
+  const auto settled = writer->Settle();
+  ASSERT_TRUE(settled);
+  EXPECT_TRUE(*settled);
+  EXPECT_EQ(storage.calls(), before + 4);  // the rest, and a sync
+}
+
+TEST(Recording, InAThreadHoldsTheSameBytes) {
+  const Scan scan = MakeScan(40, 8);
+  const auto bytes_of = [&](DiskWriterMode mode) {
+    TestStorage storage;
+    RecordingOptions options;
+    options.disk = mode;
+    auto writer = RecordingWriter::Create(storage, kPath, scan.header, options);
+    EXPECT_TRUE(writer);
+    for (const ScanLevel& level : scan.levels) {
+      EXPECT_TRUE(writer->AppendRaw(Raw(RawChannel::kUsb, level.time.count() - 1, "raw")));
+      EXPECT_TRUE(writer->AppendLevel(level));
+    }
+    EXPECT_TRUE(writer->Finish());
+    EXPECT_EQ(writer->durable_levels(), 40U);
+    return storage.files[kPath];
+  };
+  EXPECT_EQ(bytes_of(DiskWriterMode::kInline), bytes_of(DiskWriterMode::kThread));
 }
 
 TEST(Recording, HasItsNameOnlyWhenItIsFinished) {
@@ -155,7 +279,9 @@ TEST(Recording, WithAnyOneBitFlippedLosesAtMostOneLevelAndSaysSo) {
   std::vector<std::byte> bytes = BytesOf(scan);
   std::size_t refused = 0;
   std::size_t with_loss = 0;
-  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+  // 11 has no factor in common with 8: all eight places of a byte are met.
+  const std::size_t step = std::getenv("ANNULUS_LONG") != nullptr ? 1 : 11;
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += step) {
     const auto mask = static_cast<std::byte>(1U << (bit % 8));
     bytes[bit / 8] ^= mask;
     const auto read = ParseRecording(bytes, "flipped");
@@ -172,7 +298,7 @@ TEST(Recording, WithAnyOneBitFlippedLosesAtMostOneLevelAndSaysSo) {
     ASSERT_TRUE(test::SameHeader(read->scan.header, scan.header)) << "bit " << bit;
     if (read->report.levels_lost > 0) ++with_loss;
   }
-  EXPECT_EQ(refused, 8U);
+  EXPECT_EQ(refused, step == 1 ? 8U : 1U);  // of bits 40 … 47
   EXPECT_GT(with_loss, 0U);
 }
 
@@ -285,6 +411,51 @@ TEST(ReadRecording, SaysWhatAForeignFileBeginsWith) {
   EXPECT_EQ(read.error().Text(),
             "read x.zip: its first bytes are 50 4b 03 04 20 61 6e 64, not those of an MCAP file: "
             "give a recording that this program wrote");
+}
+
+// tests/golden/recording_0001.mcap: `annulus import` of three levels and two sensors by the program before channels of
+// raw bytes; range_mm 400 + 10 level + sensor, z_mm 1500 - 5 level.
+TEST(ReadRecording, ReadsRecordingsOfTheFirstVersion) {
+  PosixStorage storage;
+  const auto read = ReadWholeRecording(storage, std::string(ANNULUS_SOURCE_DIR) + "/tests/golden/recording_0001.mcap");
+  ASSERT_TRUE(read) << read.error().Text();
+  EXPECT_TRUE(read->report.clean());
+  ASSERT_EQ(read->scan.levels.size(), 3U);
+  for (std::size_t level = 0; level < 3; ++level) {
+    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+      const RangeReading& reading = read->scan.levels[level].readings.at(sensor);
+      EXPECT_EQ(reading.range_mm, 400.0 + 10.0 * static_cast<double>(level) + static_cast<double>(sensor));
+      EXPECT_EQ(reading.z_mm, 1500.0 - 5.0 * static_cast<double>(level));
+    }
+  }
+  EXPECT_EQ(read->scan.header.machine, RecordedMachine{});
+}
+
+TEST(ReadRecording, R2_RefusesAFileOfANewerVersionAndSkipsKeysItDoesNotKnow) {
+  TestStorage storage;
+  const Scan scan = MakeScan(1, 3);
+  const auto with_header = [&](const std::string& json) {
+    auto file = storage.Create("f");
+    McapWriter writer(std::move(*file), McapCompression::kZstd);
+    EXPECT_TRUE(writer.WritePreamble(RecordingPreamble(json, "9.0")));
+    const std::string level = JsonFromLevel(scan.levels[0]);
+    const McapMessage message{1, 0, 0, 0, level};
+    EXPECT_TRUE(writer.WriteChunk(std::span(&message, 1)));
+    EXPECT_TRUE(writer.Finish());
+    const std::vector<std::byte> bytes = storage.files["f"];
+    storage.files.clear();
+    return bytes;
+  };
+  std::string json = JsonFromHeader(scan.header);
+  const auto known = ParseRecording(with_header("{\"later\":[1,2]," + json.substr(1)), "newer");
+  ASSERT_TRUE(known) << known.error().Text();
+  EXPECT_TRUE(test::SameHeader(known->scan.header, scan.header));
+  json.replace(json.find("\"format_version\":1"), 18, "\"format_version\":2");
+  const auto refused = ParseRecording(with_header(json), "newer");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().Text(),
+            "read newer: the header of the recording is unusable: its format version is 2, this program knows 1: "
+            "take another copy of the file, or a newer version of the program");
 }
 
 TEST(ReadRecording, RefusesAnEmptyFile) {

@@ -27,7 +27,8 @@ Cancelled CancelNow(FaultRig& rig) {
   const nanoseconds took = rig.Now() - ordered;
   const bool free = rig.RunUntil([&] { return rig.status().job.empty(); }, seconds(2));
   if (!free) wrong += "the job goes on\n";
-  if (const auto& scan = rig.status().scan; scan && scan->complete) wrong += "a cancelled scan is said to be complete\n";
+  if (const auto& scan = rig.status().scan; scan && scan->complete)
+    wrong += "a cancelled scan is said to be complete\n";
   wrong += JudgeRun(rig, {});
   return {wrong, took};
 }
@@ -69,7 +70,8 @@ TEST(FaultMatrix, U3_ACancelEndsInIdleWithin500MsAtEveryTimeFromPowerUp) {
 }
 
 TEST(FaultMatrix, U3_ACancelInAnyStateIsNoErrorAndMovesNothing) {
-  for (const ScanState state : {ScanState::kIdle, ScanState::kArmed, ScanState::kHoming, ScanState::kStopping, ScanState::kJog}) {
+  for (const ScanState state :
+       {ScanState::kIdle, ScanState::kArmed, ScanState::kHoming, ScanState::kStopping, ScanState::kJog}) {
     FaultRig rig;
     ASSERT_TRUE(rig.BringTo(state)) << rig.Told();
     const Cancelled outcome = CancelNow(rig);

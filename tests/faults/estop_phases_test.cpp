@@ -140,8 +140,7 @@ TEST(FaultMatrix, E1_TheEmergencyStopActsInEveryState) {
 }
 
 TEST(FaultMatrix, E4_TheDoorAndTheLimitsActAsTheEmergencyStopInEveryState) {
-  for (const InterlockInput input :
-       {InterlockInput::kDoor, InterlockInput::kUpperLimit, InterlockInput::kLowerLimit}) {
+  for (const InterlockInput input : {InterlockInput::kDoor, InterlockInput::kUpperLimit, InterlockInput::kLowerLimit}) {
     for (const ScanState state : kAllStates) {
       EXPECT_EQ(DemandIn(state, input, milliseconds(7)), "") << InterlockName(input) << " in " << ScanStateText(state);
     }

@@ -14,6 +14,15 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
+namespace {
+
+/// From the end of one process until the next one has opened its devices.
+constexpr milliseconds kProcessStart{150};
+/// So that the wall clock may be set back.
+constexpr std::chrono::hours kSinceTheClockWasSane{24 * 365 * 20};
+
+}  // namespace
+
 std::string InMs(nanoseconds time) { return std::to_string(time / milliseconds(1)) + " ms"; }
 
 sim::FaultPlan PlanOfRow(const std::string& row) {
@@ -45,6 +54,7 @@ FaultRig::FaultRig(FaultRigOptions options)
     : options_(std::move(options)),
       booth_(std::move(options_.booth), clock_),
       link_(booth_.axis_link(), clock_, options_.link) {
+  wall_.JumpWall(kSinceTheClockWasSane);
   clock_.Start([this] { Tick(); });
   ticking_ = false;
   EXPECT_TRUE(Open());
@@ -302,7 +312,7 @@ void FaultRig::HangWorkerFirst(nanoseconds time) {
 
 void FaultRig::Kill() {
   life_.alive = false;
-  watch_.Interrupted();
+  watch_.Watch(nullptr);
 }
 
 testing::AssertionResult FaultRig::Restart() {
@@ -313,6 +323,7 @@ testing::AssertionResult FaultRig::Restart() {
   interlock_.reset();
   axis_.reset();
   ring_.reset();
+  clock_.SleepUntil(clock_.Now() + kProcessStart);
   return Open();
 }
 
@@ -320,7 +331,8 @@ std::string FaultRig::Told() const {
   const ScannerStatus seen = scanner_->status();
   std::string text =
       std::string(ScanStateText(seen.state)) + ", job '" + seen.job + "', held by '" + seen.held_by + "'";
-  for (const ScanCause& cause : seen.causes) text += "\n  " + std::string(TraitsOf(cause.code).name) + ": " + cause.text;
+  for (const ScanCause& cause : seen.causes)
+    text += "\n  " + std::string(TraitsOf(cause.code).name) + ": " + cause.text;
   for (const InterlockNotice& notice : seen.chain) text += "\n  chain: " + notice.text;
   for (const std::string& warning : seen.warnings) text += "\n  warning: " + warning;
   if (seen.arm) {

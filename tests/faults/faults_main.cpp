@@ -35,14 +35,16 @@ class Matrix final : public testing::EmptyTestEventListener {
   void OnTestEnd(const testing::TestInfo& info) override {
     const std::string name = info.name();
     const std::size_t end = name.find('_');
-    if (std::string(info.test_suite_name()).find("FaultMatrix") == std::string::npos || end == std::string::npos) return;
+    if (std::string(info.test_suite_name()).find("FaultMatrix") == std::string::npos || end == std::string::npos)
+      return;
     Row& row = rows_[name.substr(0, end)];
     const testing::TestResult& result = *info.result();
     ++(result.Skipped() ? row.skipped : result.Passed() ? row.passed : row.failed);
     for (int i = 0; i < result.test_property_count(); ++i) {
       const testing::TestProperty& property = result.GetTestProperty(i);
       if (std::string(property.key()) == "safe_ms") row.safe_ms = std::max(row.safe_ms, std::atoi(property.value()));
-      if (std::string(property.key()) == "note") row.note += (row.note.empty() ? "" : "; ") + std::string(property.value());
+      if (std::string(property.key()) == "note")
+        row.note += (row.note.empty() ? "" : "; ") + std::string(property.value());
     }
   }
   void Print() const {

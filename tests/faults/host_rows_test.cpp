@@ -72,7 +72,7 @@ TEST(FaultMatrix, H2_AProgramThatStoodStillWakesInSafeAndResumesNothing) {
         const nanoseconds hung = rig.Now();
         const std::size_t motions = rig.drive().motion_log().size();
         worker_first ? rig.HangWorkerFirst(seconds(5)) : rig.Hang(seconds(5));
-        ASSERT_TRUE(rig.RunUntil([&] { return rig.Now() > hung + seconds(5) + milliseconds(20); }, seconds(6)));
+        ASSERT_TRUE(rig.RunUntil([&] { return rig.Now() > hung + milliseconds(5200); }, seconds(6)));
         const std::string where = std::string(ScanStateText(state)) + (worker_first ? ", worker first" : "");
         EXPECT_EQ(rig.state(), ScanState::kSafe) << where << rig.Told();
         EXPECT_LE(DropAfter(rig, hung), kDrop) << where;
@@ -103,7 +103,10 @@ TEST(FaultMatrix, H3_AControlTickThatIsLateStopsAndIsNamed) {
       const std::string where = std::string(ScanStateText(state)) + ", " + std::to_string(late_ms) + " ms";
       EXPECT_THAT(rig.state(), testing::AnyOf(ScanState::kFault, ScanState::kSafe)) << where;
       safe = std::max(safe, TimeToSafe(rig, began) - milliseconds(late_ms));
-      EXPECT_EQ(JudgeRun(rig, {{late_ms > 200 ? CauseCode::kHostHang : CauseCode::kHostLate}}), "") << where;
+      // The worker may notice it before the tick comes, and says "late" when it is not a hang yet.
+      Expected expected{{CauseCode::kHostLate}};
+      if (late_ms > 200) expected.causes.push_back(CauseCode::kHostHang);
+      EXPECT_EQ(JudgeRun(rig, expected), "") << where;
     }
   }
   EXPECT_LE(safe, milliseconds(500));
@@ -137,12 +140,15 @@ TEST(FaultMatrix, H5_ADeadWorkerDropsEnableInTimeAndIsNamed) {
       }));
       const nanoseconds died = rig.Now();
       rig.KillWorker();
+      // One that had no power yet, and so no enable to drop, is missed later.
+      static_cast<void>(rig.RunUntil([&] { return !rig.status().causes.empty(); }, seconds(7)));
       rig.Pass(seconds(1));
       EXPECT_LE(DropAfter(rig, died), kDrop) << ScanStateText(state) << " + " << InMs(after);
       drop = std::max(drop, DropAfter(rig, died));
       safe = std::max(safe, TimeToSafe(rig, died));
       // A jog that nobody holds any more is stopped before that.
-      EXPECT_EQ(JudgeCause(rig, {{CauseCode::kThreadDead, CauseCode::kStopOverdue}}), "") << ScanStateText(state);
+      EXPECT_EQ(JudgeCause(rig, {{CauseCode::kThreadDead, CauseCode::kStopOverdue}}), "")
+          << ScanStateText(state) << rig.Told();
       EXPECT_EQ(JudgeRest(rig), "");
       ASSERT_TRUE(rig.Restart());
       EXPECT_EQ(JudgeRecording(rig, "scan.mcap") + rig.NextScan(), "");
@@ -218,8 +224,8 @@ TEST(FaultMatrix, H9_AHotComputerIsNotArmedAndSaysSo) {
   FaultRigOptions options = FaultRig::Defaults();
   options.scanner.host_checks = [hot] {
     std::vector<ArmCheck> checks;
-    checks.push_back({"temperature", *hot ? Fail("arm a scan", "the computer is 95 degrees hot", "let it cool down")
-                                          : Status{}});
+    checks.push_back(
+        {"temperature", *hot ? Fail("arm a scan", "the computer is 95 degrees hot", "let it cool down") : Status{}});
     return checks;
   };
   FaultRig rig(std::move(options));

@@ -45,8 +45,9 @@ std::string JudgeRest(FaultRig& rig) {
 std::string JudgeCause(const FaultRig& rig, const Expected& expected) {
   const auto& shown = const_cast<FaultRig&>(rig).watch().shown();
   if (expected.causes.empty()) {
-    return shown.empty() ? "" : Line(std::string("a cause is shown: ") + TraitsOf(shown.front().code).name + ": " +
-                                     shown.front().text);
+    return shown.empty() ? ""
+                         : Line(std::string("a cause is shown: ") + TraitsOf(shown.front().code).name + ": " +
+                                shown.front().text);
   }
   if (shown.empty()) return Line("no cause was shown");
   if (std::find(expected.causes.begin(), expected.causes.end(), shown.front().code) == expected.causes.end()) {
@@ -73,8 +74,7 @@ std::string JudgeRecording(FaultRig& rig, const std::string& path) {
   }
   if (worst > kPlaceMm) wrong += Line("I8: an axis point is " + std::to_string(worst) + " mm off");
   const auto& scan = rig.status().scan;
-  if (scan && scan->complete && scan->recording == path &&
-      (levels != FaultRig::WholeScan() || !file->report.clean())) {
+  if (scan && scan->complete && scan->recording == path && (levels != FaultRig::WholeScan() || !file->report.clean())) {
     wrong += Line("I10: the scan is said to be complete and is not");
   }
   return wrong;

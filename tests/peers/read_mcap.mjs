@@ -18,7 +18,8 @@ export async function readIndexed(path) {
     const messages = [];
     for await (const message of reader.readMessages({ validateCrcs: true })) {
       const topic = reader.channelsById.get(message.channelId).topic;
-      messages.push({ topic, sequence: message.sequence, logTime: message.logTime, data: text.decode(message.data) });
+      const { sequence, logTime, data } = message;
+      messages.push({ topic, sequence, logTime, data: text.decode(data), bytes: Buffer.from(data) });
     }
     const metadata = [];
     for await (const record of reader.readMetadata()) metadata.push(record);

@@ -40,6 +40,15 @@ Status Write(const std::string& folder, const Scan& scan) {
   if (!writer) return Fail(writer);
   RETURN_IF_ERROR(writer->AppendEvent(nanoseconds(5), "begin \"quoted\" \xE2\x80\xA6"));
   RETURN_IF_ERROR(writer->AppendAxis(nanoseconds(6), 0.1));
+  SafetyLines lines;
+  lines.time = nanoseconds(7);
+  lines.input[1] = true;
+  lines.output[2] = true;
+  RETURN_IF_ERROR(writer->AppendSafety(lines));
+  for (std::uint8_t channel = 0; channel < kRawChannels; ++channel) {
+    const auto byte = static_cast<std::byte>(0xF0 + channel);
+    RETURN_IF_ERROR(writer->AppendRaw({static_cast<RawChannel>(channel), nanoseconds(8 + channel), {byte, byte}}));
+  }
   for (const ScanLevel& level : scan.levels) RETURN_IF_ERROR(writer->AppendLevel(level));
   RETURN_IF_ERROR(writer->Finish());
   auto unfinished = RecordingWriter::Create(storage, folder + "/torn.mcap", scan.header);

@@ -4,10 +4,9 @@
 import annulus_cli
 from annulus_cli import ProgramTest
 
-COMMANDS = ("demo", "scan", "replay", "import", "export", "inspect", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance", "compare", "glasses", "render",
-            "doctor", "sim-devices")
-NOT_YET = ("recover", "calibrate", "clay", "elastic", "flatten", "wrinkly", "convert",
-           "boothd", "serve", "store", "rebuild", "batch", "support-bundle")
+COMMANDS = ("demo", "scan", "replay", "import", "export", "inspect", "recover", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance",
+            "compare", "glasses", "render", "doctor", "sim-devices", "boothd")
+NOT_YET = ("calibrate", "clay", "elastic", "flatten", "wrinkly", "convert", "serve", "store", "rebuild", "batch", "support-bundle")
 
 
 class Usage(ProgramTest):

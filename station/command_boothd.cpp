@@ -1,0 +1,126 @@
+// boothd: the process that owns the devices, and a way to ask it by hand.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <memory>
+
+#include "station/booth_client.h"
+#include "station/booth_server.h"
+#include "station/booth_session.h"
+#include "station/command_line.h"
+#include "station/commands.h"
+#include "station/config.h"
+#include "station/profile_plan.h"
+#include "station/realtime.h"
+#include "station/scanner_port.h"
+
+namespace annulus {
+namespace {
+
+constexpr int kControlPriority = 80;
+constexpr std::chrono::seconds kConnectPatience{3};
+constexpr std::chrono::seconds kAskPatience{10};
+
+struct BoothdCommand {
+  std::string config = "sim";
+  std::string socket = DefaultBoothSocket();
+  std::string recordings = ".";
+  std::string ask;
+};
+
+BoothDescription Describe(const Config& config, const BoothSession& session) {
+  BoothDescription booth;
+  booth.station_id = config.station_id;
+  booth.program_version = ProgramVersion();
+  booth.simulated = AllSimulated(config);
+  booth.ring_radius_mm = config.ring.radius_mm;
+  for (const RingBoard& board : session.ring().boards()) {
+    booth.boards.push_back({board.serial, board.first_sensor, board.sensor_count, board.firmware_version});
+  }
+  booth.axis = session.axis().identity().limits;
+  booth.profiles = ProfileNames(config);
+  return booth;
+}
+
+/// What of the system this process could not have; on real devices the priority is also a check before a scan.
+std::vector<std::string> PrepareHost(const Config& config, ScannerOptions& scanner) {
+  std::vector<std::string> notes;
+  const auto note = [&](const Status& status) {
+    if (!status) notes.push_back(status.error().Text());
+  };
+  note(LockMemory());
+  const Status priority = MayTakePriority(kControlPriority);
+  note(priority);
+  if (!AllSimulated(config)) {
+    scanner.host_checks = [priority] { return std::vector<ArmCheck>{{"real-time priority", priority}}; };
+  }
+  return notes;
+}
+
+Status Serve(const BoothdCommand& options, CommandIo& io) {
+  const auto config = ReadConfig(io.storage(), options.config);
+  if (!config) return Fail(config);
+  if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
+  RETURN_IF_ERROR(io.storage().CreateFolder(options.recordings));
+  // First of all: a second boothd must not even look at the devices.
+  auto socket = BoothSocket::Listen(options.socket);
+  if (!socket) return Fail(socket);
+  auto levels = LevelMailbox::Make();
+  if (!levels) return Fail(levels);
+  BoothSessionOptions session_options;
+  session_options.pace = Pace::kRealTime;
+  std::vector<std::string> notes = PrepareHost(*config, session_options.scanner);
+  session_options.scanner.on_level = [raw = levels->get()](const ScanLevel& level) { raw->Put(level); };
+  PermissiveGate gate;
+  auto session = BoothSession::Open(*config, gate, io.storage(), std::move(session_options));
+  if (!session) return Fail(session);
+  ScannerPort port((*session)->scanner(), Describe(*config, **session),
+                   {*config, io.storage(), options.recordings, std::move(notes)});
+  auto server = BoothServer::Make(std::move(*socket), port, **levels);
+  if (!server) return Fail(server);
+  RETURN_IF_ERROR(io.Print("serving the booth on " + options.socket + "\n"));
+  (*server)->Serve(io.stop());
+  return {};  // what runs is stopped when the session ends
+}
+
+/// One question or order from the command line.
+Status Ask(const BoothdCommand& options, CommandIo& io) {
+  static const std::map<std::string, BoothOrder> kOrders{
+      {"status", StatusOrder{}}, {"home", HomeOrder{}}, {"cancel", CancelOrder{}}, {"acknowledge", AcknowledgeOrder{}}};
+  const bool control = options.ask == "home" || options.ask == "acknowledge";
+  auto client = BoothClient::Connect(options.socket, {BoothRole::kOperator, control, "annulus boothd --ask"},
+                                     kConnectPatience);
+  if (!client) return Fail(client);
+  RETURN_IF_ERROR(client->Ask(kOrders.at(options.ask), kAskPatience));
+  RETURN_IF_ERROR(client->Ask(StatusOrder{}, kAskPatience));
+  return io.Print(EncodeMessage(client->status()) + "\n");
+}
+
+}  // namespace
+
+void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
+  auto options = std::make_shared<BoothdCommand>();
+  CLI::App* command = app.add_subcommand("boothd", "own the booth's devices and serve them on a socket, until Ctrl-C");
+  command->add_option("--config", options->config, "the station's configuration; 'sim' is the built-in simulated booth")
+      ->type_name("F")
+      ->capture_default_str();
+  command->add_option("--socket", options->socket, "Unix socket to serve")->type_name("PATH")->capture_default_str();
+  command->add_option("--recordings", options->recordings, "folder of the recordings")
+      ->type_name("DIR")
+      ->capture_default_str();
+  command
+      ->add_option("--ask", options->ask,
+                   "ask the boothd that runs: status, home, cancel or acknowledge; then print its status")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"status", "home", "cancel", "acknowledge"}));
+  command->footer(
+      "The protocol is in docs/wire_protocol.md. SIGTERM stops what runs, and ends it.\n"
+      "Example: annulus boothd --config booth.toml --socket /run/annulus/booth.sock --recordings /var/lib/annulus");
+  command->callback([&chosen, options] {
+    chosen = [options](CommandIo& io) { return options->ask.empty() ? Serve(*options, io) : Ask(*options, io); };
+  });
+}
+
+}  // namespace annulus
