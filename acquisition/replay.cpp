@@ -1,6 +1,5 @@
 #include "acquisition/replay.h"
 
-#include <cmath>
 #include <deque>
 #include <utility>
 #include <variant>
@@ -8,9 +7,9 @@
 #include "acquisition/bus_record.h"
 #include "acquisition/level_pipeline.h"
 #include "acquisition/recorded_buses.h"
+#include "acquisition/replay_script.h"
 #include "base/ensure.h"
 #include "firmware_iface/axis_reading.h"
-#include "firmware_iface/canopen.h"
 #include "firmware_iface/range_ring.h"
 
 namespace annulus {
@@ -19,85 +18,21 @@ namespace {
 using std::chrono::nanoseconds;
 using namespace bus_record;  // NOLINT(google-build-using-namespace): a replay is about all of it
 
-/// Times that a host's clock can show: 0 … 200 years. Others come from damage, and could not be calculated with.
-constexpr nanoseconds kLatest = std::chrono::hours(24 * 365 * 200);
-/// What a call may have taken, and how far ahead its deadline may lie: a replay waits for it step by step.
-constexpr nanoseconds kLongestCall = std::chrono::minutes(10);
-constexpr nanoseconds kLongestWait = std::chrono::minutes(1);
 /// With something between driver and record, an exchange is as recorded if it is not further off than this.
 constexpr nanoseconds kUndisturbed = std::chrono::microseconds(100);
 constexpr const char* kAttempted = "replay a scan";
 
-/// A record, decoded.
-struct Entry {
-  nanoseconds time{0};
-  Any what;
-};
-
-bool IsTime(nanoseconds time) { return time >= nanoseconds(0) && time <= kLatest; }
-bool IsDuration(nanoseconds took) { return took >= nanoseconds(0) && took <= kLongestCall; }
-bool IsWait(nanoseconds wait) { return wait >= nanoseconds(0) && wait <= kLongestWait; }
-
-bool IsSane(const UsbRangeRingOptions& options) {
-  constexpr std::size_t kMostTransfers = 1024;
-  return IsWait(options.control_timeout) && options.sensor_count > 0 && options.transfers_per_board > 0 &&
-         options.transfers_per_board <= kMostTransfers;
-}
-bool IsSane(const CanRangeRingOptions& options) {
-  return IsWait(options.boot_deadline) && IsWait(options.heartbeat) && IsWait(options.sdo_timeout) &&
-         options.sensor_count > 0 && options.board_count > 0 && options.board_count <= kLastNodeId;
-}
-
-/// Whether what a record tells can be calculated with: its checksum does not say who wrote it.
-bool IsSane(const Entry& entry) {
-  if (!IsTime(entry.time)) return false;
-  const auto judge = [&](const auto& record) {
-    using Record = std::decay_t<decltype(record)>;
-    bool sane = true;
-    if constexpr (requires { record.end.took; }) sane = sane && IsDuration(record.end.took);
-    if constexpr (requires { record.deadline; }) {
-      sane = sane && IsTime(record.deadline) && record.deadline <= entry.time + kLongestWait;
-    }
-    if constexpr (requires { record.host_time; }) sane = sane && IsTime(record.host_time);
-    if constexpr (std::is_same_v<Record, UsbControl>) sane = sane && IsDuration(record.took);
-    if constexpr (std::is_same_v<Record, CanReceived>) sane = sane && IsTime(record.reception.host_time);
-    if constexpr (std::is_same_v<Record, PositionCalled>) {
-      sane = sane && IsTime(record.host_before) && IsTime(record.host_after);
-    }
-    if constexpr (std::is_same_v<Record, ReadClockCalled>) {
-      sane = sane && IsTime(record.exchange.host_before) && IsTime(record.exchange.host_after);
-    }
-    if constexpr (std::is_same_v<Record, RingOpening>) {
-      sane = sane && std::visit([](const auto& options) { return IsSane(options); }, record.options);
-    }
-    if constexpr (std::is_same_v<Record, AxisOpened>) {
-      sane = sane && std::isfinite(record.layout.units_per_mm) && record.layout.units_per_mm > 0.0;
-    }
-    return sane;
-  };
-  return std::visit(judge, entry.what);
-}
-
-tl::unexpected<Error> NoRawBytes(const std::string& seen) {
-  return Fail(kAttempted, seen,
-              "only scans that the booth took with this version of the program, or a later one, can be replayed");
-}
-
 }  // namespace
 
 struct Replay::State {
-  explicit State(ReplayOptions replay_options) : options(std::move(replay_options)) {}
+  State(std::shared_ptr<const ReplayScript> replay_script, ReplayOptions replay_options)
+      : options(std::move(replay_options)), script(std::move(replay_script)) {}
 
-  Status Decode(std::span<const RawRecord> raw);
-  /// Finds the parts of the recording.
-  Status Divide();
   Status OpenRing();
-  void Load(const Entry& entry);
-  template <class Ports>
-  static Status CheckSeams(const Ports& ports, std::size_t wanted);
+  void Load(const ReplayEntry& entry);
 
   /// Does what a record says was done.
-  Status Conduct(const Entry& entry);
+  Status Conduct(const ReplayEntry& entry);
   Status Do(const StartCalled& call);
   Status Do(const NextLevelCalled& call);
   Status Do(const ReadClockCalled& call);
@@ -118,10 +53,6 @@ struct Replay::State {
   template <class T>
   bool EndsAsRecorded(const char* call, const CallEnd& end, const Result<T>& outcome);
   void Differ(std::string field, std::string recorded, std::string replayed);
-  /// How the recorded scan ended; null: the recording does not reach so far.
-  [[nodiscard]] const ScanEnded* End() const {
-    return ended < entries.size() ? &std::get<ScanEnded>(entries[ended].what) : nullptr;
-  }
   /// Whether the position that is conducted was the scan's last act: something between axis and scan did not like it.
   [[nodiscard]] bool PositionEndedTheScan() const;
   /// What the devices say makes no sense to the pipeline. If the recorded scan ended by that, it is as recorded.
@@ -129,14 +60,7 @@ struct Replay::State {
   void TakeAll();
 
   ReplayOptions options;
-  std::vector<Entry> entries;
-  std::uint64_t unknown = 0;
-  std::size_t opening = 0;  ///< Index of RingOpening.
-  std::size_t begun = 0;    ///< Index of ScanBegun.
-  std::size_t ended = 0;    ///< Index of ScanEnded, or the number of entries.
-  ScanPlan plan;
-  AxisReadingLayout layout;
-  bool has_layout = false;
+  std::shared_ptr<const ReplayScript> script;  ///< Shared with the replay that begins anew: it is large.
 
   // Of the run. What is borrowed stands before what borrows.
   ManualClock clock;
@@ -156,49 +80,7 @@ struct Replay::State {
   std::uint64_t levels_given = 0;  ///< By Next.
 };
 
-Status Replay::State::Decode(std::span<const RawRecord> raw) {
-  entries.reserve(raw.size());
-  for (const RawRecord& record : raw) {
-    auto decoded = DecodeBusRecord(record);
-    if (!decoded) return Fail(decoded);
-    if (std::holds_alternative<Unknown>(*decoded)) {
-      ++unknown;
-      continue;
-    }
-    Entry entry{record.time, std::move(*decoded)};
-    if (!IsSane(entry)) {
-      return Fail(kAttempted, "a time or a number in the raw bytes cannot be",
-                  "use 'annulus recover' to save what is sound of the recording");
-    }
-    entries.push_back(std::move(entry));
-  }
-  return {};
-}
-
-Status Replay::State::Divide() {
-  const auto find = [&](auto sample, std::size_t from) {
-    using Record = decltype(sample);
-    while (from < entries.size() && !std::holds_alternative<Record>(entries[from].what)) ++from;
-    return from;
-  };
-  opening = find(RingOpening(), 0);
-  if (opening == entries.size()) return NoRawBytes("the recording holds no raw bytes of a ring");
-  if (find(RingOpened(), opening) == entries.size()) {
-    return NoRawBytes("the raw bytes end before the ring was open");
-  }
-  begun = find(ScanBegun(), opening);
-  if (begun == entries.size()) return NoRawBytes("the raw bytes end before the scan began");
-  ended = find(ScanEnded(), begun);
-  auto read = PlanFromJson(std::get<ScanBegun>(entries[begun].what).plan_json);
-  if (!read) return Fail(read);
-  plan = std::move(*read);
-  const std::size_t axis = find(AxisOpened(), 0);
-  has_layout = axis < begun;
-  if (has_layout) layout = std::get<AxisOpened>(entries[axis].what).layout;
-  return {};
-}
-
-void Replay::State::Load(const Entry& entry) {
+void Replay::State::Load(const ReplayEntry& entry) {
   const auto to = [](auto& seams, std::uint8_t number) {
     return number < seams.size() ? seams[number].get() : nullptr;
   };
@@ -217,24 +99,18 @@ void Replay::State::Load(const Entry& entry) {
       entry.what);
 }
 
-template <class Ports>
-Status Replay::State::CheckSeams(const Ports& ports, std::size_t wanted) {
-  ENSURE(ports.size() == wanted, "as many ports or buses come back as were given");
-  return {};
-}
-
 Status Replay::State::OpenRing() {
-  const auto& ring_opening = std::get<RingOpening>(entries[opening].what);
+  const auto& ring_opening = std::get<RingOpening>(script->entries[script->opening].what);
   const bool usb = std::holds_alternative<UsbRangeRingOptions>(ring_opening.options);
   std::vector<UsbIdentity> identities(usb ? ring_opening.seams : 0);
-  for (std::size_t i = 0; i < begun; ++i) {
-    const auto* named = std::get_if<UsbPortNamed>(&entries[i].what);
+  for (std::size_t i = 0; i < script->begun; ++i) {
+    const auto* named = std::get_if<UsbPortNamed>(&script->entries[i].what);
     if (named == nullptr) continue;
     // The number of ports that a host lists is known only when it has opened them.
     if (usb && ring_opening.seams == 0 && named->port >= identities.size()) identities.resize(named->port + 1U);
     if (named->port < identities.size()) identities[named->port] = named->identity;
   }
-  clock.SleepUntil(entries[opening].time);
+  clock.SleepUntil(script->entries[script->opening].time);
   std::vector<UsbPort*> usb_ports;
   for (const UsbIdentity& identity : identities) {
     ports.push_back(std::make_unique<RecordedUsbPort>(identity, clock));
@@ -246,23 +122,24 @@ Status Replay::State::OpenRing() {
     can_buses.push_back(buses.back().get());
   }
   // What passed between the opening and the scan belongs to calls that are not made again.
-  for (std::size_t i = opening; !std::holds_alternative<RingOpened>(entries[i].what); ++i) Load(entries[i]);
+  for (std::size_t i = script->opening; !std::holds_alternative<RingOpened>(script->entries[i].what); ++i)
+    Load(script->entries[i]);
   Result<std::unique_ptr<RangeRing>> opened = Fail(kAttempted, "the ring has no ports", "scan again");
   if (usb && !usb_ports.empty()) {
     if (options.wrap_usb) usb_ports = options.wrap_usb(usb_ports, clock);
-    RETURN_IF_ERROR(CheckSeams(usb_ports, ports.size()));
+    ENSURE(usb_ports.size() == ports.size(), "as many ports come back as were given");
     opened = MakeUsbRangeRing(usb_ports, std::get<UsbRangeRingOptions>(ring_opening.options), clock);
   } else if (!can_buses.empty()) {
     if (options.wrap_can) can_buses = options.wrap_can(can_buses, clock);
-    RETURN_IF_ERROR(CheckSeams(can_buses, buses.size()));
+    ENSURE(can_buses.size() == buses.size(), "as many buses come back as were given");
     opened = MakeCanRangeRing(can_buses, std::get<CanRangeRingOptions>(ring_opening.options), clock);
   }
   if (!opened) return Fail(opened);
   ring = std::move(*opened);
-  for (std::size_t i = begun; i < entries.size(); ++i) Load(entries[i]);
-  pipeline.emplace(ring->boards(), plan);
-  if (has_layout) decoder.emplace(layout);
-  next = begun;
+  for (std::size_t i = script->begun; i < script->entries.size(); ++i) Load(script->entries[i]);
+  pipeline.emplace(ring->boards(), script->plan);
+  if (script->layout) decoder.emplace(*script->layout);
+  next = script->begun;
   return {};
 }
 
@@ -287,20 +164,21 @@ bool Replay::State::EndsAsRecorded(const char* call, const CallEnd& end, const R
 }
 
 Status Replay::State::PipelineFailed(const char* field, const Error& error) {
-  if (const ScanEnded* end = End(); end != nullptr && end->error.find(error.seen) != std::string::npos) return {};
+  if (const ScanEnded* end = script->End(); end != nullptr && end->error.find(error.seen) != std::string::npos)
+    return {};
   Differ(field, {}, error.Text());
   over = true;
   return {};
 }
 
 bool Replay::State::PositionEndedTheScan() const {
-  if (End() == nullptr || End()->error.empty()) return false;
-  for (std::size_t i = next; i < ended; ++i) {
-    if (std::holds_alternative<StopCalled>(entries[i].what)) return true;
-    const bool goes_on = std::holds_alternative<NextLevelCalled>(entries[i].what) ||
-                         std::holds_alternative<ReadClockCalled>(entries[i].what) ||
-                         std::holds_alternative<PositionCalled>(entries[i].what) ||
-                         std::holds_alternative<HandedOn>(entries[i].what);
+  if (script->End() == nullptr || script->End()->error.empty()) return false;
+  for (std::size_t i = next; i < script->ended; ++i) {
+    if (std::holds_alternative<StopCalled>(script->entries[i].what)) return true;
+    const bool goes_on = std::holds_alternative<NextLevelCalled>(script->entries[i].what) ||
+                         std::holds_alternative<ReadClockCalled>(script->entries[i].what) ||
+                         std::holds_alternative<PositionCalled>(script->entries[i].what) ||
+                         std::holds_alternative<HandedOn>(script->entries[i].what);
     if (goes_on) return false;
   }
   return true;
@@ -356,7 +234,8 @@ Status Replay::State::Do(const StopCalled& call) {
 Status Replay::State::Do(const ModbusExchanged& exchange) {
   registers.reset();
   if (!exchange.failure && exchange.request.read_count > 0) {
-    registers.emplace(exchange.request.read_address, layout.word_order, exchange.registers);
+    registers.emplace(exchange.request.read_address,
+                      script->layout ? script->layout->word_order : WordOrder::kHighFirst, exchange.registers);
   }
   return {};
 }
@@ -390,7 +269,7 @@ Status Replay::State::Do(const ScanBegun&) {
 }
 
 Status Replay::State::Do(const SweepBegun& sweep) {
-  if (sweep.sweep >= plan.sweeps) {
+  if (sweep.sweep >= script->plan.sweeps) {
     return Fail(kAttempted, "sweep " + std::to_string(sweep.sweep) + " is not in its plan",
                 "the recording is damaged; use 'annulus recover'");
   }
@@ -430,7 +309,7 @@ Status Replay::State::Do(const ScanEnded& end) {
   return {};
 }
 
-Status Replay::State::Conduct(const Entry& entry) {
+Status Replay::State::Conduct(const ReplayEntry& entry) {
   now = entry.time;
   return std::visit(
       [&](const auto& record) {
@@ -447,10 +326,9 @@ Status Replay::State::Conduct(const Entry& entry) {
 }
 
 Result<Replay> Replay::Open(std::span<const RawRecord> raw, ReplayOptions options) {
-  auto state = std::make_unique<State>(std::move(options));
-  if (raw.empty()) return NoRawBytes("the recording holds no raw bytes");
-  RETURN_IF_ERROR(state->Decode(raw));
-  RETURN_IF_ERROR(state->Divide());
+  auto script = ReadReplayScript(raw);
+  if (!script) return Fail(script);
+  auto state = std::make_unique<State>(std::make_shared<const ReplayScript>(std::move(*script)), std::move(options));
   RETURN_IF_ERROR(state->OpenRing());
   return Replay(std::move(state));
 }
@@ -462,8 +340,8 @@ Replay::~Replay() = default;
 
 Result<std::optional<ReplayStep>> Replay::Next() {
   State& state = *state_;
-  while (state.steps.empty() && !state.over && state.next < state.entries.size()) {
-    RETURN_IF_ERROR(state.Conduct(state.entries[state.next++]));
+  while (state.steps.empty() && !state.over && state.next < state.script->entries.size()) {
+    RETURN_IF_ERROR(state.Conduct(state.script->entries[state.next++]));
   }
   if (state.steps.empty()) return std::optional<ReplayStep>();
   std::optional<ReplayStep> step(std::move(state.steps.front()));
@@ -475,11 +353,7 @@ Result<std::optional<ReplayStep>> Replay::Next() {
 Status Replay::Seek(std::uint64_t level) {
   if (level < state_->levels_given) {
     // Nothing can be run backwards: from the start, with the same records.
-    auto again = std::make_unique<State>(state_->options);
-    again->entries = state_->entries;
-    again->unknown = state_->unknown;
-    state_ = std::move(again);
-    RETURN_IF_ERROR(state_->Divide());
+    state_ = std::make_unique<State>(state_->script, state_->options);
     RETURN_IF_ERROR(state_->OpenRing());
   }
   while (state_->levels_given < level) {
@@ -495,8 +369,8 @@ Status Replay::Seek(std::uint64_t level) {
   while (true) {
     while (!state.steps.empty() && !state.steps.front().level) state.steps.pop_front();
     if (!state.steps.empty()) return {};
-    if (state.over || state.next == state.entries.size()) break;
-    RETURN_IF_ERROR(state.Conduct(state.entries[state.next++]));
+    if (state.over || state.next == state.script->entries.size()) break;
+    RETURN_IF_ERROR(state.Conduct(state.script->entries[state.next++]));
   }
   return Fail("go to level " + std::to_string(level) + " of a replay",
               "it has only " + std::to_string(state.levels_given), "give a smaller number");
@@ -504,10 +378,10 @@ Status Replay::Seek(std::uint64_t level) {
 
 std::uint64_t Replay::levels() const { return state_->levels_given; }
 double Replay::done() const {
-  const auto all = static_cast<double>(state_->entries.size() - state_->begun);
-  return state_->over ? 1.0 : static_cast<double>(state_->next - state_->begun) / all;
+  const auto all = static_cast<double>(state_->script->entries.size() - state_->script->begun);
+  return state_->over ? 1.0 : static_cast<double>(state_->next - state_->script->begun) / all;
 }
-std::uint64_t Replay::unknown_records() const { return state_->unknown; }
+std::uint64_t Replay::unknown_records() const { return state_->script->unknown; }
 const RingCounters& Replay::counters() const { return state_->counters; }
 
 }  // namespace annulus

@@ -516,6 +516,11 @@ Status Scanner::State::AppendEvent(nanoseconds time, const std::string& text) {
   return writer->AppendEvent(time, text);
 }
 
+Status Scanner::State::AppendRaw(RawRecord record) {
+  // Without taps nothing could be replayed.
+  return devices.tap == nullptr ? Status{} : writer->AppendRaw(std::move(record));
+}
+
 Result<bool> Scanner::State::Settle() {
   const auto settled = writer->Settle();
   if (!settled || !*settled) return settled;

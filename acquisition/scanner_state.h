@@ -102,6 +102,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status AppendLevel(const ScanLevel& level) override;
   Status AppendAxis(std::chrono::nanoseconds time, double z_mm) override;
   Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) override;
+  Status AppendRaw(RawRecord record) override;
   Result<bool> Settle() override;
 
   ScannerDevices devices;

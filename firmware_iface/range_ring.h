@@ -53,7 +53,7 @@ struct RingLimits {
 struct RingCounters {
   std::uint64_t levels = 0;
   std::uint64_t lost_frames = 0;        ///< Frames of a level that never came whole; their sensors read NaN.
-  std::uint64_t duplicate_frames = 0;   ///< Repeated or too late; dropped.
+  std::uint64_t duplicate_frames = 0;   ///< Repeated, or of a level given out (CAN: after kCanReorderFrames); dropped.
   std::uint64_t rejected_frames = 0;    ///< Wrong checksum or shape.
   std::uint64_t rejected_bytes = 0;     ///< Not part of any good frame.
   std::uint64_t overflowed_frames = 0;  ///< CAN: frames of any kind that the host's queues lost before we saw them.

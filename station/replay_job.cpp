@@ -187,8 +187,11 @@ Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storag
     return Fail(done);
   }
   const auto seconds = [](nanoseconds time) { return std::chrono::duration<double>(time).count(); };
-  ReplayOutcome outcome{run.comparer().comparison(), run.whole(), {}, {}, seconds(run.scan_time()),
-                        seconds(clock.Now() - begin)};
+  ReplayOutcome outcome;
+  outcome.comparison = run.comparer().comparison();
+  outcome.whole = run.whole();
+  outcome.scan_s = seconds(run.scan_time());
+  outcome.replay_s = seconds(clock.Now() - begin);
   outcome.comparison.unknown_records = replay->unknown_records();
   if (faults != nullptr) {
     outcome.untouched = faults->Untouched();
