@@ -53,6 +53,7 @@ breathing = 0.01
 hair = true
 spectacles = true
 dark_patches = true
+faults = "plans/estop.json"
 )",
                                   "test.toml");
   ASSERT_TRUE(config) << config.error().Text();
@@ -70,6 +71,7 @@ dark_patches = true
   EXPECT_EQ(config->sim.seed, 42U);
   EXPECT_EQ(config->sim.subject, "head");
   EXPECT_EQ(config->sim.noise_mm, 0.25);
+  EXPECT_EQ(config->sim.faults, "plans/estop.json");
   EXPECT_TRUE(config->sim.hair && config->sim.spectacles && config->sim.dark_patches);
 }
 
