@@ -33,7 +33,7 @@ struct FaultText {
   std::uint16_t code;
   const char* text;
 };
-constexpr std::array<FaultText, 10> kFaultTexts{{
+constexpr std::array<FaultText, 12> kFaultTexts{{
     {0x2310, "motor current too high; check that the carriage moves freely"},
     {0x3210, "supply voltage too high; check the braking resistor"},
     {0x3220, "supply voltage too low; check the mains and the drive's fuse"},
@@ -45,6 +45,9 @@ constexpr std::array<FaultText, 10> kFaultTexts{{
      "safe torque off: the safety chain is open; close it (E-stop, door, limits) and press reset, if it is closed "
      "check the wires of STO A and B"},
     {0x5443, "the brake is closed though the drive releases it; check the brake, its supply and the safety chain"},
+    {0x5444,
+     "a limit switch of the drive is open; move the carriage away from its end, if it is not there check the wire"},
+    {0x7121, "motor blocked; look for an obstacle before you go on"},
     {0x8130, "heartbeat lost, the drive did not hear from the host; check the cable and the host's load"},
     {0x8611, "following error, the carriage did not keep up; look for an obstacle before you go on"},
     {0x8612, "a target beyond the soft limits; correct the scan plan"},

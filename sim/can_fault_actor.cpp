@@ -160,14 +160,15 @@ void CanFaultActor::BeginOnBoard(const Fault& fault, nanoseconds from, nanosecon
 }
 
 void CanFaultActor::End(std::size_t number, const Fault& fault, nanoseconds time) {
+  if (fault.kind == Kind::kCanLose || fault.kind == Kind::kCanRepeat || fault.kind == Kind::kCanDisplace) {
+    holding_.Remove(number);
+    return Rebuild();
+  }
+  // Buses and boards were told at the beginning, if the end was known then.
+  if (EndsInTime(fault)) return;
   switch (fault.kind) {
-    case Kind::kCanLose:
-    case Kind::kCanRepeat:
-    case Kind::kCanDisplace:
-      holding_.Remove(number);
-      return Rebuild();
     case Kind::kCanBoardOff:
-      if (!fault.lasting && !faulty_.empty()) ground_.booth.can_board(fault.Whole(FaultArg::kBoard)).PowerOnAt(time);
+      if (!faulty_.empty()) ground_.booth.can_board(fault.Whole(FaultArg::kBoard)).PowerOnAt(time);
       return;
     case Kind::kCanBusOff:
       for (const std::size_t bus : BusesOf(fault)) ground_.booth.can_wire(bus).DisturbBetween(time, time);

@@ -43,6 +43,9 @@ class FaultActor {
   virtual void Follow() {}
 };
 
+/// Whether the end of a fault is known at its beginning.
+[[nodiscard]] bool EndsInTime(const Fault& fault);
+
 /// Faults that hold now, with their numbers.
 class HoldingFaults {
  public:

@@ -163,7 +163,7 @@ void ModelFaultActor::End(std::size_t number, const Fault& fault, nanoseconds ti
   switch (TraitsOf(fault.kind).target) {
     case FaultTarget::kAxis:
       // The drive was told at the beginning, if the end was known then.
-      if (fault.lasting || fault.until->kind == FaultTrigger::Kind::kTime) return;
+      if (EndsInTime(fault)) return;
       for (const AxisMishap& mishap : MishapsOf(fault)) ground_.booth.drive().Recover(mishap, time);
       return;
     case FaultTarget::kSensors:
@@ -249,7 +249,7 @@ void ModelFaultActor::EndOnChain(const Fault& fault, nanoseconds time) {
     case Kind::kChainEstop:
     case Kind::kChainOpen:
     case Kind::kChainPress:
-      if (fault.lasting || fault.until->kind == FaultTrigger::Kind::kTime) return;
+      if (EndsInTime(fault)) return;
       for (const InterlockInput contact : ContactsOf(fault))
         chain.SetAt(time, contact, fault.kind != Kind::kChainPress);
       return;

@@ -48,6 +48,10 @@ bool Meets(const Fault& fault, std::size_t board) { return fault.Choice(FaultArg
 
 }  // namespace
 
+bool EndsInTime(const Fault& fault) {
+  return fault.lasting || (fault.until && fault.until->kind == FaultTrigger::Kind::kTime);
+}
+
 void HoldingFaults::Add(std::size_t number, const Fault& fault, nanoseconds from, nanoseconds to) {
   // By number, so that the order does not depend on how they were told.
   const auto after = std::upper_bound(all_.begin(), all_.end(), number,

@@ -80,12 +80,14 @@ TEST_F(CanFaults, NothingCanBeSentThroughAFullQueueForItsTime) {
 }
 
 TEST_F(CanFaults, AnInterfaceThatIsDownOrRemovedFailsTheRingAndCanBeOpenedAfterwards) {
-  for (const std::string kind : {"down", "gone"}) {
-    Make(Scanning(R"("for_s": 0.5, "kind": ")" + kind + R"(", "args": {"bus": 0})"));
+  for (const std::string kind : {R"("for_s": 0.5, "kind": "down")", R"("until": {"state": "FAULT"}, "kind": "gone")"}) {
+    Make(Scanning(kind + R"(, "args": {"bus": 0})"));
     EXPECT_FALSE(Scan(60)) << kind;
     EXPECT_FALSE(booth_->injector().can_buses()[0]->Reopen());
     booth_->Pass(seconds(1));
+    booth_->injector().NoteState("FAULT");
     EXPECT_TRUE(booth_->injector().can_buses()[0]->Reopen());
+    EXPECT_TRUE(booth_->injector().finished());
     static_cast<void>(ring_->Stop());
     ring_.reset();
   }

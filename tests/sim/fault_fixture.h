@@ -21,6 +21,11 @@ inline FaultPlan PlanOf(const std::string& faults, std::uint64_t seed = 7) {
   return plan ? *plan : FaultPlan{};
 }
 
+/// A fault at a time, s.
+inline std::string TimeOf(const std::string& time_s, const std::string& rest) {
+  return R"({"at": {"time_s": )" + time_s + "}, " + rest + "}";
+}
+
 /// A booth with the ring at half the height of its cylinder, 450 mm from every sensor, and faults.
 class FaultyBooth {
  public:

@@ -58,6 +58,7 @@ loose_clothing = true
 step_aside_s = 8
 leave_s = 12.5
 raise_arm_s = 3
+faults = "plans/estop.json"
 )",
                                   "test.toml");
   ASSERT_TRUE(config) << config.error().Text();
@@ -75,6 +76,7 @@ raise_arm_s = 3
   EXPECT_EQ(config->sim.seed, 42U);
   EXPECT_EQ(config->sim.subject, "head");
   EXPECT_EQ(config->sim.noise_mm, 0.25);
+  EXPECT_EQ(config->sim.faults, "plans/estop.json");
   EXPECT_TRUE(config->sim.hair && config->sim.spectacles && config->sim.dark_patches);
   EXPECT_TRUE(config->sim.cap && config->sim.loose_clothing);
   EXPECT_EQ(config->sim.step_aside_s, 8.0);
