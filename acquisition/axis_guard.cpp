@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace annulus {
 namespace {
@@ -20,7 +21,10 @@ constexpr double kJumpMm = 5.0;        ///< Beyond what the highest speed explai
 constexpr double kSlipMm = 0.5;        ///< From the place of rest.
 constexpr double kUnorderedMmS = 5.0;  ///< Faster than a slipping brake lets it sink at first.
 constexpr double kWrongWayMm = 2.0;
-constexpr double kHomingWrongWayMm = 4.0;  ///< The home switch is at the top, and the way back off it is shorter.
+/// The home switch is at the top. A carriage that is on it already goes down to come off it, but slowly.
+constexpr double kHomingWrongWayMm = 3.5;
+constexpr double kOffTheSwitchMmS = 15.0;
+constexpr double kOffTheSwitchMm = 100.0;
 constexpr double kOverspeedShare = 1.1;
 constexpr double kOverspeedMmS = 3.0;
 constexpr double kFollowAtRestMm = 2.0;   ///< Largest following error at rest; grows with speed to
@@ -54,7 +58,8 @@ void AxisGuard::OrderedMove(nanoseconds before, nanoseconds after, double target
 void AxisGuard::OrderedHoming(nanoseconds time) {
   order_ = Order::kHoming;
   before_ = after_ = time;
-  from_mm_ = readings_.empty() ? 0.0 : readings_.back().z_mm;
+  begins_ = readings_.empty();
+  from_mm_ = begins_ ? 0.0 : readings_.back().z_mm;
   highest_mm_ = from_mm_;
   homed_ = false;
   rest_mm_.reset();
@@ -93,6 +98,7 @@ std::optional<ScanCause> AxisGuard::Judge(const AxisPosition& position) {
   }
   if (!readings_.empty() && position.time.device_time <= readings_.back().device) return std::nullopt;
   readings_.push_back({position.time.device_time, position.z.value()});
+  if (order_ == Order::kHoming && std::exchange(begins_, false)) from_mm_ = highest_mm_ = position.z.value();
   highest_mm_ = std::max(highest_mm_, position.z.value());
   while (readings_.back().device - readings_.front().device > kKept) readings_.pop_front();
   switch (order_) {
@@ -151,11 +157,12 @@ std::optional<ScanCause> AxisGuard::JudgeHoming(const AxisPosition& position) co
     return Cause(CauseCode::kHoming, "the home switch was not found along the whole travel",
                  "check the home switch and its wire", position.host_time());
   }
-  if (travelled < -kHomingWrongWayMm && highest_mm_ - from_mm_ < kHomingWrongWayMm) {
+  const double speed = std::abs(Speed().value_or(0.0));
+  const double way_down = speed > kOffTheSwitchMmS ? kHomingWrongWayMm : kOffTheSwitchMm;
+  if (travelled < -way_down && highest_mm_ - from_mm_ < kHomingWrongWayMm) {
     return Cause(CauseCode::kWrongDirection, "the axis goes down to find its home switch, which is at the top",
                  "check direction and scale of drive and encoder", position.host_time());
   }
-  const double speed = std::abs(Speed().value_or(0.0));
   if (speed > kOverspeedShare * limits_.max_speed.value() + kOverspeedMmS) {
     return Cause(CauseCode::kOverspeed, "the axis homes at " + Mm(speed) + " mm/s", "check the drive's parameters",
                  position.host_time());

@@ -14,7 +14,7 @@ namespace annulus {
 ///
 ///     ordered      judged
 ///     nothing      stays where it came to rest: slow is a slipping brake, fast is a move without an order
-///     homing       moves upwards first; not further than its travel
+///     homing       moves upwards first, or slowly down from the switch; not further than its travel
 ///     move         in the right direction; not faster than ordered; close to its set-point, closer the slower it goes
 ///     always       no jump between two readings
 ///
@@ -60,6 +60,7 @@ class AxisGuard {
   double speed_mm_s_ = 0.0;
   double initial_speed_mm_s_ = 0.0;  ///< A move that overrides another starts from its speed.
   double highest_mm_ = 0.0;          ///< Since homing began.
+  bool begins_ = false;              ///< Homing is ordered, and where from is not read yet.
   std::optional<double> rest_mm_;    ///< Where it came to rest.
   std::deque<Reading> readings_;     ///< Of the last 100 ms.
   bool homed_ = false;

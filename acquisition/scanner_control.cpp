@@ -26,6 +26,8 @@ constexpr std::chrono::seconds kWorkerSilenceAtRest{5};
 /// A brake that has been closed for so long holds, whatever the drive says or does not say.
 constexpr milliseconds kBrakeHolds{50};
 constexpr std::size_t kMostLines = 1000;
+/// After this the chain has been read twice since its contacts stopped the drive.
+constexpr milliseconds kChainRead{20};
 /// By which a wall clock that is set differs from one that is only corrected.
 constexpr milliseconds kWallJump{500};
 
@@ -67,6 +69,7 @@ void Scanner::State::Tick() {
   JudgeWallClock(now);
   const auto read = devices.interlock.Read();
   JudgeChain(read, now);
+  JudgeDriveStop(now);
   JudgeTime(now);
   if (read) JudgeStop(*read);
   JudgeWorker(now);
@@ -181,6 +184,14 @@ void Scanner::State::JudgeTime(nanoseconds now) {
     if (due->kind == ScanEventKind::kStopLate && at_rest) break;
     const ScanState before = machine.state();
     static_cast<void>(HandleLocked(*due));
+    if (due->kind == ScanEventKind::kStopLate) {
+      // A drive that does not do as it is told.
+      due->kind = ScanEventKind::kFaulted;
+      due->cause = {CauseCode::kStopOverdue, "the axis was not at rest 0.3 s after its stop, and was stopped hard",
+                    "look for what keeps the drive from stopping; then home again", now};
+      static_cast<void>(HandleLocked(*due));
+      due->kind = ScanEventKind::kStopLate;
+    }
     if (machine.state() == before && due->kind != ScanEventKind::kStopLate) break;
   }
 }
@@ -201,6 +212,18 @@ void Scanner::State::JudgeStop(const InterlockReading& read) {
   event.kind = ScanEventKind::kStopped;
   event.time = now;
   static_cast<void>(HandleLocked(event));
+}
+
+void Scanner::State::JudgeDriveStop(nanoseconds now) {
+  const std::scoped_lock lock(mutex);
+  if (!drive_stopped || (machine.may_move() && now - drive_stopped->time < kChainRead)) return;
+  // Contacts have opened that nobody saw open: as a chain that is open, so that nothing goes on without a reset.
+  ScanEvent event;
+  event.kind = ScanEventKind::kChainOpened;
+  event.time = now;
+  event.cause = *drive_stopped;
+  drive_stopped.reset();
+  if (machine.may_move()) static_cast<void>(HandleLocked(event));
 }
 
 void Scanner::State::JudgeWorker(nanoseconds now) {

@@ -605,6 +605,16 @@ Status Scanner::State::AwaitPower() {
   }
 }
 
+void Scanner::State::OnDriveStopped(const ScanCause& cause) {
+  const std::scoped_lock lock(mutex);
+  if (ticked) JudgeGapLocked(cause.time - *ticked, cause.time);
+  NoteLocked(cause.time, "the drive was stopped by its inputs: " + cause.text);
+  // After a stop that is known already it is its consequence.
+  if (!machine.may_move()) return;
+  if (!drive_stopped) drive_stopped = cause;
+  job_stop.request_stop();
+}
+
 void Scanner::State::OnPower(bool on) {
   const std::scoped_lock lock(mutex);
   powered = on;

@@ -54,6 +54,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void JudgeChain(const Result<InterlockReading>& reading, std::chrono::nanoseconds now);
   void JudgeTime(std::chrono::nanoseconds now);
   void JudgeStop(const InterlockReading& reading);
+  /// A drive that its inputs stopped, if nothing else explains it by now.
+  void JudgeDriveStop(std::chrono::nanoseconds now);
   void JudgeWorker(std::chrono::nanoseconds now);
   void SetLines();
   void LogLines(std::chrono::nanoseconds now);
@@ -97,6 +99,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void OnPower(bool powered) override;
   void OnPosition(const AxisPosition& position) override;
   void OnFault(const ScanCause& cause) override { Fault(cause); }
+  void OnDriveStopped(const ScanCause& cause) override;
 
   // ScanSink: of the running scan.
   Status AppendLevel(const ScanLevel& level) override;
@@ -131,12 +134,13 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   double total = 0.0;
   AxisPosition position;
   bool position_known = false;
-  bool powered = false;             ///< The axis may have power, as the worker knows.
-  bool at_rest = true;              ///< The last reading said that it stands.
-  bool enable_ordered = false;      ///< As the interlock was told.
-  bool proving = false;             ///< The ring is being tried: emitters on.
-  bool device_lost = false;         ///< Ring or axis must be opened again.
-  bool chain_acknowledged = false;  ///< Service has acknowledged; the interlock is still to be told.
+  bool powered = false;                    ///< The axis may have power, as the worker knows.
+  bool at_rest = true;                     ///< The last reading said that it stands.
+  bool enable_ordered = false;             ///< As the interlock was told.
+  std::optional<ScanCause> drive_stopped;  ///< By its inputs; whether the chain did it is not known yet.
+  bool proving = false;                    ///< The ring is being tried: emitters on.
+  bool device_lost = false;                ///< Ring or axis must be opened again.
+  bool chain_acknowledged = false;         ///< Service has acknowledged; the interlock is still to be told.
   std::optional<ArmReport> arm_report;
   std::chrono::nanoseconds armed_longest{0};  ///< What is armed must be over so long after its start.
   std::optional<ScanResult> result;

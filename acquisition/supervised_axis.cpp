@@ -11,6 +11,7 @@ CauseCode SupervisedAxis::CodeOf(const Error&) const {
     case AxisTrouble::kParameters:
       return CauseCode::kAxisParameters;
     case AxisTrouble::kDrive:
+    case AxisTrouble::kStopped:
       return CauseCode::kAxisFault;
     case AxisTrouble::kOrder:
       return CauseCode::kInternal;
@@ -24,7 +25,8 @@ CauseCode SupervisedAxis::CodeOf(const Error&) const {
 Status SupervisedAxis::Judge(Status status) {
   if (!status) {
     const Error& error = status.error();
-    supervisor_.OnFault({CodeOf(error), error.attempted + ": " + error.seen, error.advice, clock_.Now()});
+    const ScanCause cause{CodeOf(error), error.attempted + ": " + error.seen, error.advice, clock_.Now()};
+    axis_.trouble() == AxisTrouble::kStopped ? supervisor_.OnDriveStopped(cause) : supervisor_.OnFault(cause);
   }
   return status;
 }

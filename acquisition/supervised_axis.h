@@ -21,6 +21,8 @@ class DeviceSupervisor {
   virtual void OnPosition(const AxisPosition& position) = 0;
   /// A device failed, or does what it should not.
   virtual void OnFault(const ScanCause& cause) = 0;
+  /// An input of the drive stopped it: the chain's doing, most likely, which is then the cause and not this.
+  virtual void OnDriveStopped(const ScanCause& cause) = 0;
 };
 
 /// An axis that moves only while the state machine lets it, and whose every reading is judged (AxisGuard). Failures are

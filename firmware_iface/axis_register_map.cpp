@@ -210,6 +210,10 @@ const char* DriveStateText(DriveState state) {
   return "unknown";
 }
 
+bool IsStopInputFault(std::uint16_t fault_code) {
+  return fault_code == 0x5441 || fault_code == 0x5442 || fault_code == 0x5443;
+}
+
 std::string AxisFaultText(std::uint16_t fault_code) {
   constexpr const char* kDigits = "0123456789ABCDEF";
   std::string text = "fault ";

@@ -144,6 +144,9 @@ enum class DriveState {
 [[nodiscard]] const char* DriveStateText(DriveState state);
 /// What a fault code (603Fh) means and what to do about it, one line.
 [[nodiscard]] std::string AxisFaultText(std::uint16_t fault_code);
+/// Whether the fault is that an input of the drive, or its brake, stopped it: the safety chain's doing, or the
+/// program's.
+[[nodiscard]] bool IsStopInputFault(std::uint16_t fault_code);
 
 /// Checks that nothing overlaps, that what is needed is there, that scales are above 0, and that command and status
 /// registers form blocks that one transaction can carry (121 and 125 registers). The error names the field.

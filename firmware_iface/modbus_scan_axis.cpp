@@ -109,6 +109,11 @@ class ModbusScanAxis final : public ScanAxis {
   [[nodiscard]] DriveState StateOf(const DriveAnswer& answer) const {
     return DriveStateOf(answer.registers.Word(map_.status_word));
   }
+  /// What kind of trouble a drive that does not run is.
+  [[nodiscard]] AxisTrouble TroubleOf(const DriveAnswer& answer) const {
+    const bool stopped = IsStopInputFault(answer.registers.Word(map_.fault_code));
+    return stopped ? AxisTrouble::kStopped : AxisTrouble::kDrive;
+  }
   /// Its state, and the code of what keeps it from another, if it gives one.
   [[nodiscard]] std::string DriveText(const DriveAnswer& answer) const {
     const std::uint16_t code = answer.registers.Word(map_.fault_code);
@@ -202,12 +207,12 @@ Status ModbusScanAxis::CheckDrive(const DriveAnswer& answer) {
   const DriveState drive = StateOf(answer);
   if (drive == DriveState::kFault || drive == DriveState::kFaultReaction) {
     state_ = State::kFault;
-    return FailAs(AxisTrouble::kDrive, "run the axis", AxisFaultText(answer.registers.Word(map_.fault_code)),
+    return FailAs(TroubleOf(answer), "run the axis", AxisFaultText(answer.registers.Word(map_.fault_code)),
                   "clear the cause, then enable and home the axis again");
   }
   if (state_ == State::kEnabled && drive != DriveState::kOperationEnabled) {
     state_ = State::kFault;
-    return FailAs(AxisTrouble::kDrive, "run the axis", "the drive is in state " + DriveText(answer),
+    return FailAs(TroubleOf(answer), "run the axis", "the drive is in state " + DriveText(answer),
                   "check the safety chain and the drive's enable line, then enable the axis again");
   }
   return {};
@@ -224,7 +229,7 @@ Status ModbusScanAxis::GoTo(DriveState wanted, std::uint16_t control) {
     const DriveState drive = StateOf(*answer);
     if (drive == wanted) return {};
     if ((drive == DriveState::kFault && !resets) || clock_.Now() >= deadline) {
-      return FailAs(AxisTrouble::kDrive, attempted,
+      return FailAs(TroubleOf(*answer), attempted,
                     drive == DriveState::kFault ? AxisFaultText(answer->registers.Word(map_.fault_code))
                                                 : "it stays in " + DriveText(*answer),
                     "check the safety chain and the drive's supply and enable line, then try again");

@@ -52,6 +52,7 @@ enum class AxisTrouble {
   kOrder,       ///< The order makes no sense now; nothing is wrong with the axis.
   kLink,        ///< The drive does not answer, or not in time.
   kDrive,       ///< The drive reports a fault, or does not do as it was told.
+  kStopped,     ///< The drive's quick-stop, torque-off or brake input stopped it.
   kParameters,  ///< The drive is not, or not set as, what it was identified as.
 };
 

@@ -78,8 +78,7 @@ testing::AssertionResult FaultRig::Open() {
   axis_ = std::move(*axis);
   auto lines = booth_.safety().Request({}, InterlockWiring::Default().Lines());
   if (!lines) return testing::AssertionFailure() << lines.error().Text();
-  auto interlock =
-      MakeInterlock(std::make_unique<MortalLines>(injector_.WrapLines(std::move(*lines)), life_), wall_);
+  auto interlock = MakeInterlock(std::make_unique<MortalLines>(injector_.WrapLines(std::move(*lines)), life_), wall_);
   if (!interlock) return testing::AssertionFailure() << interlock.error().Text();
   interlock_ = std::move(*interlock);
   ScannerOptions scanner_options = options_.scanner;
@@ -95,8 +94,8 @@ testing::AssertionResult FaultRig::Open() {
       return checks;
     };
   }
-  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, disk_,
-                                       wall_, std::move(scanner_options));
+  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, disk_, wall_,
+                                       std::move(scanner_options));
   begun_ = scanner_->Begin();
   watch_.Watch(scanner_.get());
   ticking_ = true;
@@ -255,6 +254,7 @@ void FaultRig::Act() {
       next_act_ = clock_.Now() + milliseconds(500);
       return;
     case ScanState::kIdle:
+      if (levels_[recording_] > 0) return;  // has taken it
       static_cast<void>(seen.homed ? Arm() : Home());
       return;
     case ScanState::kArmed:

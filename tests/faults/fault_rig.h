@@ -66,7 +66,7 @@ class FaultRig {
   Status Cancel() { return scanner().Cancel(); }
   Status Acknowledge(CauseRole role);
   Status Jog(Scanner::JogDirection direction);
-  /// The operator does what leads to a scan: reset, home, arm, start; `done` looks at it after every step. Does not
+  /// The operator does what leads to one scan: reset, home, arm, start; `done` is looked at after every tick. Does not
   /// acknowledge anything and presses reset in SAFE only `resets` times.
   bool Operate(const std::function<bool()>& done, nanoseconds patience = seconds(120), int resets = 1);
   /// The booth is brought into a state in the way that is usual for it. False: it did not get there.
