@@ -56,13 +56,14 @@ std::optional<CauseCode> CodeOf(InterlockFault fault) {
 
 void Scanner::State::Tick() {
   const nanoseconds now = clock.Now();
-  if (broken) {
+  if (const auto why = WhyBroken()) {
     ScanEvent event;
     event.kind = ScanEventKind::kAwoke;  // SAFE, whatever it was
     event.time = now;
-    event.cause = {*broken, *broken == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
+    event.cause = {*why, *why == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
                    "press the reset button and acknowledge; if it happens again, restart the program", now};
     static_cast<void>(Handle(event));
+    const std::scoped_lock lock(mutex);
     broken.reset();
   }
   JudgeTickTime(now);
@@ -128,9 +129,17 @@ void Scanner::State::JudgeWallClock(nanoseconds now) {
   Warn("the computer's wall clock was set by " + std::to_string(jump / milliseconds(1)) + " ms");
 }
 
+std::optional<CauseCode> Scanner::State::WhyBroken() const {
+  const std::scoped_lock lock(mutex);
+  return broken;
+}
+
 void Scanner::State::BreakTick(CauseCode code) noexcept {
   // Without a beat from now on until a tick comes to its end: the relay drops if none does.
-  broken = broken.value_or(code);
+  {
+    const std::scoped_lock lock(mutex);
+    broken = broken.value_or(code);
+  }
   try {
     static_cast<void>(devices.interlock.MakeSafe());
   } catch (...) {

@@ -67,19 +67,43 @@ void Scanner::State::Step() {
       Run(job);
     }
   } catch (const std::bad_alloc&) {
-    Break(job, CauseCode::kMemory, "the program ran out of memory", "restart the program");
+    Break(job, CauseCode::kMemory, "the program ran out of memory");
   } catch (const std::exception& error) {
-    Break(job, CauseCode::kInternal, std::string("a bug of this program: ") + error.what(),
-          "report this, with the log");
+    Break(job, CauseCode::kInternal, error.what());
   }
   const std::scoped_lock lock(mutex);
   running = Job::kNone;
 }
 
-void Scanner::State::Break(Job job, CauseCode code, const std::string& text, const std::string& advice) {
-  Fault({code, text, advice, clock.Now()});
-  StopHard();
-  if (job == Job::kScan && writer) Conclude(Fail("scan", text, advice));
+void Scanner::State::Break(Job job, CauseCode code, const char* what) noexcept {
+  const char* advice = code == CauseCode::kMemory ? "restart the program" : "report this, with the log";
+  try {
+    Fault({code, what, advice, clock.Now()});
+    StopHard();
+    if (job == Job::kScan && writer) ConcludeBroken({"scan", what, advice});
+  } catch (...) {
+    // The control thread makes everything safe.
+    const std::scoped_lock lock(mutex);
+    broken = broken.value_or(code);
+  }
+}
+
+void Scanner::State::ConcludeBroken(const Error& error) {
+  try {
+    return Conclude(tl::unexpected<Error>(error));
+  } catch (const std::exception&) {
+    // It broke off while the recording was ended: what is on the disk stays as it is.
+  }
+  if (devices.tap != nullptr) devices.tap->Detach();
+  ScanResult ended;
+  ended.number = scan_number;
+  ended.plan = plan;
+  ended.status = tl::unexpected<Error>(error);
+  ended.recorded = writer->level_count() > 0;
+  ended.recording = writer->temporary_path();
+  writer.reset();
+  const std::scoped_lock lock(mutex);
+  result = std::move(ended);
 }
 
 void Scanner::State::Run(Job job) {

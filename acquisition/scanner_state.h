@@ -49,6 +49,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Tick();
   /// A tick that ended with an exception: outputs off, and the machine SAFE as soon as it can be told.
   void BreakTick(CauseCode code) noexcept;
+  [[nodiscard]] std::optional<CauseCode> WhyBroken() const;
   void JudgeTickTime(std::chrono::nanoseconds now);
   void JudgeWallClock(std::chrono::nanoseconds now);
   void JudgeChain(const Result<InterlockReading>& reading, std::chrono::nanoseconds now);
@@ -65,7 +66,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Step();
   void Run(Job job);
   /// After an exception in a job: everything stopped, the recording ended with what it has.
-  void Break(Job job, CauseCode code, const std::string& text, const std::string& advice);
+  void Break(Job job, CauseCode code, const char* what) noexcept;
+  void ConcludeBroken(const Error& error);
   void Idle();
   Status Home();
   /// Waits until the home switch is found; success also when a stop is asked for.
@@ -149,6 +151,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::deque<SafetyLines> lines_log;
   std::optional<std::chrono::nanoseconds> beat;  ///< The worker's last sign of life.
   bool worker_dead = false;
+  std::optional<CauseCode> broken;                 ///< Why a tick or a job broke off; the machine is still to be told.
   std::optional<std::chrono::nanoseconds> ticked;  ///< When the control thread ticked last.
   Status relay_tested = Fail("test the watchdog relay", "not tested since the program started", "restart the program");
   std::chrono::nanoseconds longest_tick{0};
@@ -161,7 +164,6 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::optional<std::chrono::nanoseconds> brake_closed_since;
   std::optional<SafetyLines> last_lines;
   std::optional<std::chrono::nanoseconds> wall_offset;  ///< Of the wall clock against the host's.
-  std::optional<CauseCode> broken;                      ///< Why a tick broke off; the machine is still to be told.
 
   // Worker thread only.
   std::stop_token job_stop_token;

@@ -156,6 +156,7 @@ class FaultRig {
   testing::AssertionResult opened_ = testing::AssertionFailure();
   Status begun_;
   bool ticking_ = true;
+  bool wraps_ports_ = false;
   bool hot_ = false;  ///< As the computer says.
   nanoseconds hang_{0};
   nanoseconds late_until_{-1};
