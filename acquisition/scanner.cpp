@@ -95,7 +95,7 @@ Status Scanner::State::HandleLocked(const ScanEvent& event) {
 void Scanner::State::Fault(const ScanCause& cause) {
   ScanEvent event;
   event.kind = ScanEventKind::kFaulted;
-  event.time = devices.clock.Now();
+  event.time = clock.Now();  // not the worker's: looking at that is a sign of life, and the control thread faults, too
   event.cause = cause;
   const std::scoped_lock lock(mutex);
   switch (cause.code) {

@@ -63,6 +63,8 @@ void Scanner::State::Tick() {
     event.cause = {*why, *why == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
                    "press the reset button and acknowledge; if it happens again, restart the program", now};
     static_cast<void>(Handle(event));
+    event.kind = ScanEventKind::kFaulted;  // and say why, whatever it was
+    static_cast<void>(Handle(event));
     const std::scoped_lock lock(mutex);
     broken.reset();
   }
@@ -76,7 +78,7 @@ void Scanner::State::Tick() {
   JudgeWorker(now);
   SetLines();
   LogLines(now);
-  // A dead worker does not stop the beats at rest: nothing is enabled then, and the lamps and the log go on.
+  // Both threads have to live: a program that is half dead must not keep the relay in.
   bool beats = true;
   {
     const std::scoped_lock lock(mutex);
@@ -242,7 +244,8 @@ void Scanner::State::JudgeWorker(nanoseconds now) {
     const std::scoped_lock lock(mutex);
     if (!beat) return;
     silent = now - *beat;
-    moving = machine.may_move() || machine.state() == ScanState::kStopping;
+    // Once the drive is disabled the brake may still be closing, while the worker is with the disk already.
+    moving = machine.may_move() || (machine.state() == ScanState::kStopping && powered);
     worker_dead = silent > (moving ? nanoseconds(kWorkerSilence) : nanoseconds(kWorkerSilenceAtRest));
     if (!worker_dead) return;
   }
@@ -256,7 +259,9 @@ void Scanner::State::SetLines() {
   {
     const std::scoped_lock lock(mutex);
     wanted = machine.Lines();
-    wanted.emitters = wanted.emitters || proving;
+    // The checks before a scan end with what they were made for, even if the worker does not know it yet.
+    const bool may_prove = machine.state() == ScanState::kIdle || machine.state() == ScanState::kArmed;
+    wanted.emitters = wanted.emitters || (proving && may_prove);
     // Nobody brings the axis to rest any more: the quick stop does, and the enable relay's contacts after it.
     if (worker_dead) wanted.enable = wanted.quick_stop = wanted.emitters = false;
   }

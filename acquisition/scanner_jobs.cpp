@@ -73,6 +73,7 @@ void Scanner::State::Step() {
   }
   const std::scoped_lock lock(mutex);
   running = Job::kNone;
+  proving = false;  // also after an exception
 }
 
 void Scanner::State::Break(Job job, CauseCode code, const char* what) noexcept {
@@ -99,9 +100,11 @@ void Scanner::State::ConcludeBroken(const Error& error) {
   ended.number = scan_number;
   ended.plan = plan;
   ended.status = tl::unexpected<Error>(error);
-  ended.recorded = writer->level_count() > 0;
-  ended.recording = writer->temporary_path();
-  writer.reset();
+  if (writer) {
+    ended.recorded = writer->level_count() > 0;
+    ended.recording = writer->temporary_path();
+    writer.reset();
+  }
   const std::scoped_lock lock(mutex);
   result = std::move(ended);
 }
@@ -134,10 +137,7 @@ void Scanner::State::Idle() {
     if (machine.state() != ScanState::kArmed) armed_longest = nanoseconds(0);
   }
   if (writer && state() != ScanState::kArmed && state() != ScanState::kScanning) {
-    // Armed in vain: nothing was taken.
-    if (devices.tap != nullptr) devices.tap->Detach();
-    writer->Discard();
-    writer.reset();
+    DropRecording();  // armed in vain: nothing was taken
   }
   if (lost && now >= next_reopen) {
     next_reopen = now + kReopenPause;
@@ -145,9 +145,7 @@ void Scanner::State::Idle() {
   } else if (!lost) {
     static_cast<void>(axis.Position());  // told to the machine if it fails
   }
-  if (const Status kept = DrainLogs(); !kept) {
-    Fault({CauseCode::kStorage, kept.error().attempted + ": " + kept.error().seen, kept.error().advice, now});
-  }
+  static_cast<void>(DrainLogs());  // told to the machine, too
   devices.clock.SleepUntil(now + scan_time::kTick);
 }
 
@@ -265,10 +263,7 @@ void Scanner::State::Arm() {
     armed = std::move(*request);
     request.reset();
   }
-  if (writer) {
-    writer->Discard();
-    writer.reset();
-  }
+  DropRecording();
   ArmReport report;
   const Status passed = Check(report);
   ScanEvent event;
@@ -276,10 +271,21 @@ void Scanner::State::Arm() {
   event.time = devices.clock.Now();
   const std::scoped_lock lock(mutex);
   arm_report = std::move(report);
-  if (!passed || Stopping()) return;
+  if (!passed || Stopping()) {
+    // What was armed before is given up: its recording is gone.
+    event.kind = ScanEventKind::kCancelled;
+    if (machine.state() == ScanState::kArmed) static_cast<void>(HandleLocked(event));
+    return;
+  }
   // What is armed is told before the state is, so that nobody starts something else.
   armed_longest = LongestOf(plan, axis.identity().limits);
   if (!HandleLocked(event)) armed_longest = nanoseconds(0);
+}
+
+void Scanner::State::DropRecording() {
+  if (devices.tap != nullptr) devices.tap->Detach();
+  if (writer) writer->Discard();
+  writer.reset();
 }
 
 Status Scanner::State::Check(ArmReport& report) {
@@ -505,15 +511,23 @@ Status Scanner::State::DrainLogs() {
     texts.swap(notes);
     lines.swap(lines_log);
   }
-  for (const auto& [time, text] : texts) RETURN_IF_ERROR(writer->AppendEvent(time, text));
-  for (const SafetyLines& one : lines) RETURN_IF_ERROR(writer->AppendSafety(one));
-  if (devices.tap != nullptr) return devices.tap->status();
+  for (const auto& [time, text] : texts) RETURN_IF_ERROR(Kept(writer->AppendEvent(time, text)));
+  for (const SafetyLines& one : lines) RETURN_IF_ERROR(Kept(writer->AppendSafety(one)));
+  if (devices.tap != nullptr) return Kept(devices.tap->status());
   return {};
+}
+
+Status Scanner::State::Kept(Status status) {
+  if (!status) {
+    const Error& error = status.error();
+    Fault({CauseCode::kStorage, error.attempted + ": " + error.seen, error.advice, clock.Now()});
+  }
+  return status;
 }
 
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(DrainLogs());
-  RETURN_IF_ERROR(writer->AppendLevel(level));
+  RETURN_IF_ERROR(Kept(writer->AppendLevel(level)));
   if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
   return JudgeQuality(level);
@@ -535,19 +549,20 @@ Status Scanner::State::JudgeQuality(const ScanLevel& level) {
   return tl::unexpected<Error>(error);
 }
 
-Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return writer->AppendAxis(time, z_mm); }
+Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return Kept(writer->AppendAxis(time, z_mm)); }
 
 Status Scanner::State::AppendEvent(nanoseconds time, const std::string& text) {
-  return writer->AppendEvent(time, text);
+  return Kept(writer->AppendEvent(time, text));
 }
 
 Status Scanner::State::AppendRaw(RawRecord record) {
   // Without taps nothing could be replayed.
-  return devices.tap == nullptr ? Status{} : writer->AppendRaw(std::move(record));
+  return devices.tap == nullptr ? Status{} : Kept(writer->AppendRaw(std::move(record)));
 }
 
 Result<bool> Scanner::State::Settle() {
   const auto settled = writer->Settle();
+  if (!settled) static_cast<void>(Kept(Fail(settled)));
   if (!settled || !*settled) return settled;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;
@@ -617,9 +632,13 @@ Status Scanner::State::AwaitPower() {
       const bool on = reading[In::kEnableFeedback] && enable_ordered;
       if (!on) ready = nanoseconds::max();
       if (on && ready == nanoseconds::max()) ready = clock.Now() + kContacts;
+      if (clock.Now() >= ready) {
+        // Together with the look at the state: a stop that comes next waits until the power is off again.
+        powered = true;
+        return {};
+      }
     }
     const nanoseconds now = devices.clock.Now();
-    if (now >= ready) return {};
     if (now >= deadline) {
       const Error error{"give the axis power", "the enable relay did not pull in",
                         "check the safety chain, then press the reset button"};

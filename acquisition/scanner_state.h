@@ -73,6 +73,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   /// Waits until the home switch is found; success also when a stop is asked for.
   Status SeekHome();
   void Arm();
+  /// What was armed is not scanned: nothing of it is kept.
+  void DropRecording();
   Status Check(ArmReport& report);
   Status ProveRing();
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
@@ -92,6 +94,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void StopHard();
   /// What the control thread has written down goes into the recording, if there is one.
   Status DrainLogs();
+  /// Tells the machine of a recording that cannot be written, and passes it on.
+  Status Kept(Status status);
   [[nodiscard]] TaskContext Task();
   [[nodiscard]] bool Stopping() const { return job_stop_token.stop_requested(); }
 
