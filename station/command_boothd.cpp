@@ -6,12 +6,17 @@
 #include <map>
 #include <memory>
 
+#include "acquisition/recording_recovery.h"
+#include "base/log.h"
 #include "station/booth_client.h"
 #include "station/booth_server.h"
 #include "station/booth_session.h"
 #include "station/command_line.h"
 #include "station/commands.h"
 #include "station/config.h"
+#include "station/files.h"
+#include "station/host_health.h"
+#include "station/key_file.h"
 #include "station/profile_plan.h"
 #include "station/realtime.h"
 #include "station/scanner_port.h"
@@ -27,6 +32,7 @@ struct BoothdCommand {
   std::string config = "sim";
   std::string socket = DefaultBoothSocket();
   std::string recordings = ".";
+  std::string key_file;
   std::string ask;
 };
 
@@ -54,7 +60,24 @@ std::vector<std::string> PrepareHost(const Config& config, ScannerOptions& scann
   const Status priority = MayTakePriority(kControlPriority);
   note(priority);
   if (!AllSimulated(config)) {
-    scanner.host_checks = [priority] { return std::vector<ArmCheck>{{"real-time priority", priority}}; };
+    scanner.host_checks = [priority] {
+      std::vector<ArmCheck> checks = CheckHostHealth();
+      checks.push_back({"real-time priority", priority});
+      return checks;
+    };
+  }
+  return notes;
+}
+
+/// What a program that died has left is saved before anything else, without a question.
+std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const KeySource* keys, CommandIo& io) {
+  std::vector<std::string> notes;
+  const auto found = RecoverOpenRecordings(io.storage(), options.recordings, keys);
+  if (!found) return {found.error().Text()};
+  for (const OpenRecording& one : *found) {
+    notes.push_back(one.outcome ? "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport()
+                                : one.outcome.error().Text());
+    Log(LogLevel::kWarning, notes.back());
   }
   return notes;
 }
@@ -63,6 +86,12 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
   if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
+  if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
+    io.set_failure_code(2);
+    return sealed;
+  }
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
   RETURN_IF_ERROR(io.storage().CreateFolder(options.recordings));
   // First of all: a second boothd must not even look at the devices.
   auto socket = BoothSocket::Listen(options.socket);
@@ -71,7 +100,9 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
   if (!levels) return Fail(levels);
   BoothSessionOptions session_options;
   session_options.pace = Pace::kRealTime;
+  session_options.scanner.recording.keys = keys->get();
   std::vector<std::string> notes = PrepareHost(*config, session_options.scanner);
+  for (std::string& saved : SaveWhatWasLeft(options, keys->get(), io)) notes.push_back(std::move(saved));
   session_options.scanner.on_level = [raw = levels->get()](const ScanLevel& level) { raw->Put(level); };
   PermissiveGate gate;
   auto session = BoothSession::Open(*config, gate, io.storage(), std::move(session_options));
@@ -110,6 +141,7 @@ void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--recordings", options->recordings, "folder of the recordings")
       ->type_name("DIR")
       ->capture_default_str();
+  AddKeyFileOption(*command, options->key_file);
   command
       ->add_option("--ask", options->ask,
                    "ask the boothd that runs: status, home, cancel or acknowledge; then print its status")

@@ -13,6 +13,7 @@
 #include "acquisition/level_stamper.h"
 #include "station/commands.h"
 #include "station/files.h"
+#include "station/key_file.h"
 #include "station/replay_job.h"
 
 namespace annulus {
@@ -25,6 +26,7 @@ struct ReplayCommandOptions {
   std::string speed = "max";
   bool step = false;
   bool force = false;
+  std::string key_file;
   std::string json;
 };
 
@@ -121,6 +123,9 @@ Status RunReplayCommand(const ReplayCommandOptions& options, CommandIo& io) {
   if (options.step) {
     request.on_level = [&](std::uint64_t number, const ScanLevel& level) { return AskForNext(io, number, level); };
   }
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
+  request.keys = keys->get();
   SystemClock clock;
   const auto outcome = RunReplayJob(request, io.storage(), clock, task);
   display.Clear();
@@ -148,6 +153,7 @@ void AddReplayCommand(CLI::App& app, CommandWork& chosen) {
   command->add_flag("--step", options->step, "wait for Enter before each level");
   command->add_option("--out", options->request.out, "recording to write of what is replayed")->type_name("SCAN2");
   command->add_flag("--force", options->force, "replace an existing recording");
+  AddKeyFileOption(*command, options->key_file);
   AddJsonOption(*command, options->json);
   command->footer("Exit code: 0 identical, 1 differs (and where). Example: annulus replay scan.mcap --speed 1");
   command->callback(

@@ -5,6 +5,7 @@
 
 #include "station/booth_session.h"
 #include "station/command_line.h"
+#include "station/host_health.h"
 #include "station/profile_plan.h"
 
 namespace annulus {
@@ -237,7 +238,10 @@ Result<ScanOutcome> ScanJobRun::Run() {
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task) {
   PermissiveGate gate;
-  auto session = BoothSession::Open(config, gate, storage);
+  BoothSessionOptions options;
+  options.scanner.recording.keys = request.keys;
+  if (!AllSimulated(config)) options.scanner.host_checks = [] { return CheckHostHealth(); };
+  auto session = BoothSession::Open(config, gate, storage, std::move(options));
   if (!session) return Fail(session);
   return ScanJobRun(**session, config, request, task).Run();
 }
