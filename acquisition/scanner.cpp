@@ -199,6 +199,7 @@ Status Scanner::State::Acknowledge(CauseRole role) {
   }
   job_stop = std::stop_source();
   order = Job::kRecover;
+  acknowledged_causes = machine.causes().size();
   request.reset();
   return {};
 }
@@ -222,6 +223,8 @@ ScannerStatus Scanner::State::Report() const {
   status.total = total;
   status.z_mm = position.z.value();
   status.start_presses = start_presses;
+  status.start_agreed = machine.state() == ScanState::kArmed && start_presses > 0 &&
+                        start_version == machine.version() && clock.Now() - start_pressed_at <= scan_time::kStartAgreed;
   status.quality = live;
   status.arm = arm_report;
   status.scan = result;

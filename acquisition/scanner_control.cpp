@@ -159,7 +159,11 @@ void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanosecond
   const bool latched = !read || read->latched;
   if (read) {
     reading = *read;
-    if (read->start_pressed) ++start_presses;
+    if (read->start_pressed) {
+      ++start_presses;
+      start_version = machine.version();
+      start_pressed_at = now;
+    }
     if (!read->reset_refused.empty()) NoteLocked(now, "reset refused: " + read->reset_refused);
   } else {
     reading.held_by = read.error().seen;

@@ -22,7 +22,8 @@ constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the d
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
 constexpr std::uint64_t kScansOfSpace = 5;
-constexpr milliseconds kReopenPatience{300};  ///< One attempt to find lost devices, in the background.
+constexpr std::chrono::seconds kSettlePatience{9};  ///< With the disk, after the last level.
+constexpr milliseconds kReopenPatience{300};        ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
 /// A wall clock before this was never set.
@@ -438,7 +439,10 @@ void Scanner::State::Search() {
   result = std::move(found);
 }
 
-void Scanner::State::Scan() { Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task())); }
+void Scanner::State::Scan() {
+  settling_since.reset();
+  Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task()));
+}
 
 void Scanner::State::Conclude(Result<ScanSummary> summary) {
   ScanResult ended;
@@ -563,10 +567,17 @@ Status Scanner::State::AppendRaw(RawRecord record) {
 Result<bool> Scanner::State::Settle() {
   const auto settled = writer->Settle();
   if (!settled) static_cast<void>(Kept(Fail(settled)));
-  if (!settled || !*settled) return settled;
+  if (!settled) return settled;
+  const nanoseconds now = devices.clock.Now();
+  if (!settling_since) settling_since = now;
+  if (!*settled && now - *settling_since > kSettlePatience) {
+    return Fail(Kept(Fail("bring the scan to the disk", "the disk did not take it in time",
+                          "check the disk; what it has taken is kept")));
+  }
+  if (!*settled) return false;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;
-  event.time = devices.clock.Now();
+  event.time = now;
   RETURN_IF_ERROR(Handle(event));
   return true;
 }
@@ -606,6 +617,7 @@ void Scanner::State::Recover() {
   event.role = CauseRole::kService;  // whoever acknowledged was asked for the role when the order was taken
   const std::scoped_lock lock(mutex);
   event.time = clock.Now();
+  if (machine.causes().size() != acknowledged_causes) return;  // something new, which nobody has seen yet
   warnings.clear();
   static_cast<void>(HandleLocked(event));
 }

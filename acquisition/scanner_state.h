@@ -127,13 +127,16 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   ScanMachine machine;
   Job order = Job::kNone;  ///< Waits for the worker.
   Job running = Job::kNone;
-  std::optional<ArmRequest> request;  ///< Of the order to arm.
+  std::optional<ArmRequest> request;    ///< Of the order to arm.
+  std::size_t acknowledged_causes = 0;  ///< So many there were when somebody acknowledged them.
   JogDirection jog_direction = JogDirection::kUp;
   std::optional<std::chrono::nanoseconds> last_jog_call;  ///< A key that is held down is not pressed.
   std::stop_source job_stop;
   InterlockReading reading;
   std::vector<InterlockNotice> notices;
   std::uint64_t start_presses = 0;
+  std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
+  std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
   std::string stage;
   double done = 0.0;
@@ -176,6 +179,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   ArmRequest armed;
   ScanPlan plan;
   std::uint64_t scan_number = 0;
+  std::optional<std::chrono::nanoseconds> settling_since;  ///< All levels are taken; the disk has not all of them yet.
   std::chrono::nanoseconds next_reopen{0};
 };
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/acquisition/scanner_rig.h"
+#include "tests/support/gated_storage.h"
 
 namespace annulus {
 namespace {
@@ -179,6 +180,98 @@ TEST(ScannerReview, AScanThatIsCancelledBeforeItBeginsDoesNothing) {
   EXPECT_TRUE(rig.scanner_->status().homed);
   ASSERT_TRUE(rig.scanner_->OrderArm(rig.Request()));
   ASSERT_TRUE(rig.RunUntil(ScanState::kArmed, seconds(5))) << rig.Told();
+}
+
+/// A drive that keeps the worker for a while in a call, without a look at the clock.
+class SlowToVerify final : public ScanAxis {
+ public:
+  SlowToVerify(ScanAxis& axis, Clock& clock) : axis_(axis), clock_(clock) {}
+  [[nodiscard]] State state() const override { return axis_.state(); }
+  [[nodiscard]] const AxisIdentity& identity() const override { return axis_.identity(); }
+  [[nodiscard]] AxisTrouble trouble() const override { return axis_.trouble(); }
+  Status Enable() override { return axis_.Enable(); }
+  Status StartHoming() override { return axis_.StartHoming(); }
+  Status MoveTo(Millimetres z, MillimetresPerSecond speed) override { return axis_.MoveTo(z, speed); }
+  Result<AxisPosition> Position() override { return axis_.Position(); }
+  Status Halt() override { return axis_.Halt(); }
+  Status QuickStop() override { return axis_.QuickStop(); }
+  Status Disable() override { return axis_.Disable(); }
+  Status Verify() override {
+    clock_.SleepUntil(clock_.Now() + std::exchange(takes, {}));
+    return axis_.Verify();
+  }
+  Status Reopen(nanoseconds deadline) override { return axis_.Reopen(deadline); }
+
+  nanoseconds takes{0};
+
+ private:
+  ScanAxis& axis_;
+  Clock& clock_;
+};
+
+TEST(ScannerReview, AnAcknowledgementEndsOnlyWhatWasSeen) {
+  ScannerRig rig;
+  SlowToVerify axis(*rig.axis_, rig.clock_);
+  rig.ticking_ = false;
+  rig.scanner_.reset();
+  rig.scanner_ = std::make_unique<Scanner>(ScannerDevices{*rig.ring_, axis, *rig.interlock_, rig.worker_clock_},
+                                           rig.gate_, rig.storage_, rig.clock_, ScannerOptions{});
+  ASSERT_TRUE(rig.scanner_->Begin());
+  rig.ticking_ = true;
+  ASSERT_NO_FATAL_FAILURE(rig.ToIdle());
+  rig.Pass(milliseconds(300));
+  // Late ticks while the axis homes are a cause that the operator sees.
+  const nanoseconds ordered = rig.clock_.Now();
+  rig.on_tick_ = [&] {
+    const nanoseconds since = rig.clock_.Now() - ordered;
+    rig.ticking_ = since < milliseconds(300) || since > milliseconds(360);
+  };
+  ASSERT_TRUE(rig.scanner_->OrderHome());
+  ASSERT_TRUE(rig.RunUntil(ScanState::kFault)) << rig.Told();
+  rig.Pass(seconds(1));
+  ASSERT_THAT(Codes(rig.scanner_->status()), testing::ElementsAre(CauseCode::kHostLate));
+  axis.takes = seconds(6);
+  ASSERT_TRUE(rig.scanner_->Acknowledge(CauseRole::kOperator));
+  rig.Pass(seconds(7));
+  EXPECT_EQ(rig.scanner_->status().state, ScanState::kFault);
+  EXPECT_THAT(Codes(rig.scanner_->status()), testing::ElementsAre(CauseCode::kHostLate, CauseCode::kThreadDead));
+  ASSERT_TRUE(rig.scanner_->Acknowledge(CauseRole::kOperator));
+  EXPECT_TRUE(rig.RunUntil(ScanState::kIdle, seconds(10))) << rig.Told();
+}
+
+TEST(ScannerReview, ADiskThatNeverTakesTheLastLevelsEndsTheScanInTime) {
+  ScannerRig rig;
+  test::GatedStorage disk;
+  ScannerOptions options;
+  options.recording.disk = DiskWriterMode::kThread;
+  rig.ticking_ = false;
+  rig.scanner_.reset();
+  rig.scanner_ = std::make_unique<Scanner>(ScannerDevices{*rig.ring_, *rig.axis_, *rig.interlock_, rig.worker_clock_},
+                                           rig.gate_, disk, rig.clock_, options);
+  ASSERT_TRUE(rig.scanner_->Begin());
+  rig.ticking_ = true;
+  ASSERT_NO_FATAL_FAILURE(rig.ToArmed());
+  std::optional<nanoseconds> held;
+  std::optional<nanoseconds> told;
+  rig.on_tick_ = [&] {
+    const ScannerStatus now = rig.scanner_->status();
+    if (!held && now.stage == "scan" && now.done >= now.total - 3.0) {
+      disk.HoldSyncs();
+      held = rig.clock_.Now();
+    }
+    if (told || now.causes.empty()) return;
+    told = rig.clock_.Now();
+    disk.Release();
+  };
+  ASSERT_TRUE(rig.Start());
+  const bool ended = rig.RunUntil([&] { return rig.scanner_->status().scan.has_value(); });
+  disk.Release();
+  ASSERT_TRUE(ended && held && told) << rig.Told();
+  EXPECT_LE(*told - *held, seconds(12));
+  EXPECT_THAT(Codes(rig.scanner_->status()), testing::ElementsAre(CauseCode::kStorage)) << rig.Told();
+  EXPECT_FALSE(rig.scanner_->status().scan->complete);
+  EXPECT_TRUE(rig.scanner_->status().scan->recorded);
+  EXPECT_TRUE(rig.scanner_->status().homed);
 }
 
 /// The stop comes in the middle of switching on, at every time of it.
