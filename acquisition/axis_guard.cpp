@@ -200,8 +200,9 @@ std::optional<ScanCause> AxisGuard::JudgeMove(const AxisPosition& position) cons
   if (initial_speed_mm_s_ != 0.0) return std::nullopt;
   // The drive took the order somewhere between before_ and after_.
   const nanoseconds now = position.host_time();
-  const double least = Travelled(InSeconds(now - after_));
-  const double most = Travelled(InSeconds(now - before_));
+  // And it read its encoder somewhere between question and answer, which a busy computer may pull far apart.
+  const double least = Travelled(InSeconds(position.time.host_before - after_));
+  const double most = Travelled(InSeconds(position.time.host_after - before_));
   const double share = std::min(1.0, std::abs(speed) / limits_.max_speed.value());
   const double limit =
       kFollowAtRestMm + (kFollowAtSpeedMm - kFollowAtRestMm) * std::max(share, speed_mm_s_ / limits_.max_speed.value());

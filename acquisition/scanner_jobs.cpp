@@ -463,7 +463,8 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.status = {};
     ended.summary.cancelled = true;
   }
-  if (ended.status && !machine.causes().empty()) {
+  // The first cause is why it ended, whatever failed of it next.
+  if (!machine.causes().empty()) {
     const ScanCause& cause = machine.causes().front();
     ended.status = Fail("scan", cause.text, cause.advice);
     ended.complete = false;

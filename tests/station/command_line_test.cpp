@@ -58,20 +58,24 @@ TEST(CommandLine, WrongUsageAndLaterCommandsAreExitCode2) {
   EXPECT_EQ(RunAnnulus({}).code, 2);
   EXPECT_EQ(RunAnnulus({"frobnicate"}).code, 2);
   EXPECT_EQ(RunAnnulus({"section", "model.json", "--z", "high"}).code, 2);
-  const Outcome later = RunAnnulus({"replay", "scan.mcap", "--speed", "max"});
+  const Outcome later = RunAnnulus({"calibrate", "--target", "plane"});
   EXPECT_EQ(later.code, 2);
   EXPECT_THAT(later.err, HasSubstr("not yet"));
 }
 
-TEST(CommandLine, ScanningOnRealDevicesIsNotYetThere) {
+TEST(CommandLine, ScanningARealPersonNeedsToSayWhoAndWithWhatConsent) {
   const std::string folder = EmptyFolder();
   const std::string config = folder + "/booth.toml";
   PosixStorage storage;
   ASSERT_TRUE(WriteFileAtomically(storage, config, std::string("[ring]\nbus = \"usb\"\n")));
   const std::string out = folder + "/scan.mcap";
-  const Outcome outcome = RunAnnulus({"scan", "--config", config.c_str(), "--profile", "body", "--out", out.c_str()});
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("not yet"));
+  const Outcome nobody = RunAnnulus({"scan", "--config", config.c_str(), "--profile", "body", "--out", out.c_str()});
+  EXPECT_EQ(nobody.code, 2);
+  EXPECT_THAT(nobody.err, HasSubstr("--subject-id"));
+  const Outcome unasked = RunAnnulus(
+      {"scan", "--config", config.c_str(), "--profile", "body", "--out", out.c_str(), "--subject-id", "p-1"});
+  EXPECT_EQ(unasked.code, 2);
+  EXPECT_THAT(unasked.err, HasSubstr("--consent"));
   EXPECT_FALSE(storage.Exists(out));
 }
 
