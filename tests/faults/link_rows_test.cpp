@@ -72,10 +72,12 @@ TEST(FaultMatrix, M1_AMissingReplyToAnyRequestNeverMovesTwice) {
   int tried = 0;
   int stopped = 0;
   FaultRig undisturbed;
+  ASSERT_TRUE(undisturbed.Operate([&] { return undisturbed.state() == ScanState::kHoming; }));
+  const auto homing = static_cast<std::uint64_t>(undisturbed.link().transactions());
   ASSERT_TRUE(RunThrough(undisturbed));
   for (const sim::FaultKind kind : {sim::FaultKind::kLinkLoseReply, sim::FaultKind::kLinkLoseRequest}) {
-    // Of the first there are the orders that enable and home.
-    for (std::uint64_t call = 1; call<1800; call += call> 45 && call < 140 ? 3 : step, ++tried) {
+    // The orders that enable and home are looked at one by one.
+    for (std::uint64_t call = 1; call<1800; call += call + step> homing && call < homing + 40 ? 1 : step, ++tried) {
       FaultRigOptions options = FaultRig::With("M1");
       sim::Fault& fault = options.plan.faults.front();
       fault.at = {};
