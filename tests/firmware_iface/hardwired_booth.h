@@ -31,6 +31,7 @@ class HardwiredBooth : public testing::Test {
   using nanoseconds = std::chrono::nanoseconds;
   using seconds = std::chrono::seconds;
 
+  static constexpr milliseconds kTick{10};
   static constexpr double kSpeed = 300.0;  ///< Of the move, mm/s, downwards.
   /// v^2 / 2a of the quick stop, and T v of the lag behind the set-point, which it makes good.
   static constexpr double kRampMm = kSpeed * kSpeed / (2.0 * 4000.0) + 0.004 * kSpeed;
@@ -113,7 +114,7 @@ class HardwiredBooth : public testing::Test {
   sim::SafetyChain& chain() { return booth_.safety(); }
   sim::AxisDriveModel& drive() { return booth_.drive(); }
 
-  InterleavedClock clock_{std::chrono::milliseconds(10)};
+  InterleavedClock clock_{kTick};
   sim::BoothDevices booth_{Options(), clock_};
   sim::FaultyModbusLink line_{booth_.axis_link(), clock_};
   std::unique_ptr<Interlock> interlock_;
