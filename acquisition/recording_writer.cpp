@@ -95,7 +95,8 @@ struct RecordingWriter::State {
   std::size_t pending_bytes = 0;
   std::array<nanoseconds, kRecordingChannels.size() + 1> newest{};  ///< By stream.
   std::vector<std::uint64_t> level_blocks{};                        ///< Blocks of the file up to each level.
-  std::optional<Error> failure{};                                   ///< The first; final.
+  std::optional<std::uint64_t> settle_until{};  ///< Blocks that Settle waits for, once it has been asked.
+  std::optional<Error> failure{};               ///< The first; final.
 
   Status Latch(Status status) {
     if (!status && !failure) failure = status.error();
@@ -245,10 +246,17 @@ Status RecordingWriter::AppendSafety(const SafetyLines& lines) {
 }
 
 Result<bool> RecordingWriter::Settle() {
-  RETURN_IF_ERROR(state_->Flush());
+  // What comes while the disk works is not waited for: there may always be more of it.
+  if (!state_->settle_until) {
+    RETURN_IF_ERROR(state_->Flush());
+    state_->settle_until = state_->disk->state().appended;
+  }
   auto settled = state_->disk->Settle();
   if (!settled && !state_->failure) state_->failure = settled.error();
-  return settled;
+  if (!settled) return settled;
+  if (state_->disk->state().synced < *state_->settle_until) return false;
+  state_->settle_until.reset();
+  return true;
 }
 
 Status RecordingWriter::Finish() {
