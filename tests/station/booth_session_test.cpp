@@ -145,7 +145,9 @@ TEST_F(BoothInRealTime, JogsWhileTheKeyIsHeldAndEndsInTheMiddleOfAnOrder) {
       session_->clock().SleepUntil(session_->clock().Now() + milliseconds(30));
     }
     const bool rested = Reach("rest after the jog", Rests);
-    if (rested) EXPECT_LT(scanner().status().z_mm, before);
+    if (rested) {
+      EXPECT_LT(scanner().status().z_mm, before);
+    }
   }
   static_cast<void>(scanner().OrderHome());
   const auto begin = session_->clock().Now();
