@@ -432,7 +432,10 @@ void Scanner::State::Search() {
   result = std::move(found);
 }
 
-void Scanner::State::Scan() { Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task())); }
+void Scanner::State::Scan() {
+  settling = false;
+  Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task()));
+}
 
 void Scanner::State::Conclude(Result<ScanSummary> summary) {
   ScanResult ended;
@@ -450,8 +453,8 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
-             devices.clock.Now()});
+      Fault({settling ? CauseCode::kStorage : CauseCode::kInternal,
+             summary.error().attempted + ": " + summary.error().seen, summary.error().advice, devices.clock.Now()});
     }
   }
   if (state() == ScanState::kStopping || state() == ScanState::kScanning) StopHard();
@@ -529,10 +532,10 @@ Status Scanner::State::JudgeQuality(const ScanLevel& level) {
   if (now.sensors_verdict != SensorsVerdict::kRefuse) return {};
   std::string dead;
   for (const std::size_t sensor : now.dead) dead += (dead.empty() ? "" : ", ") + std::to_string(sensor);
-  const Error error{"scan", "too many sensors see nothing: " + dead,
-                    "clean their windows; if that does not help, have the boards looked at"};
-  Fault({CauseCode::kSensorsDead, error.seen, error.advice, devices.clock.Now()});
-  return tl::unexpected<Error>(error);
+  // The level itself is recorded and counts; the cause stops the scan.
+  Fault({CauseCode::kSensorsDead, "too many sensors see nothing: " + dead,
+         "clean their windows; if that does not help, have the boards looked at", devices.clock.Now()});
+  return {};
 }
 
 Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return writer->AppendAxis(time, z_mm); }
@@ -548,6 +551,7 @@ Status Scanner::State::AppendRaw(RawRecord record) {
 
 Result<bool> Scanner::State::Settle() {
   const auto settled = writer->Settle();
+  settling = settled && !*settled;
   if (!settled || !*settled) return settled;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;

@@ -169,6 +169,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::stop_token job_stop_token;
   std::optional<RecordingWriter> writer;
   std::optional<QualityMonitor> quality;  ///< Of the armed or running scan.
+  bool settling = false;                  ///< All is taken, and the disk is waited for.
   ArmRequest armed;
   ScanPlan plan;
   std::uint64_t scan_number = 0;
