@@ -95,8 +95,8 @@ struct RecordingWriter::State {
   std::size_t pending_bytes = 0;
   std::array<nanoseconds, kRecordingChannels.size() + 1> newest{};  ///< By stream.
   std::vector<std::uint64_t> level_blocks{};                        ///< Blocks of the file up to each level.
-  std::optional<std::uint64_t> settle_until{};  ///< Blocks that Settle waits for, once it has been asked.
-  std::optional<Error> failure{};               ///< The first; final.
+  std::optional<Error> failure{};                                   ///< The first; final.
+  bool settling = false;                                            ///< Somebody waits for the disk.
 
   Status Latch(Status status) {
     if (!status && !failure) failure = status.error();
@@ -246,17 +246,12 @@ Status RecordingWriter::AppendSafety(const SafetyLines& lines) {
 }
 
 Result<bool> RecordingWriter::Settle() {
-  // What comes while the disk works is not waited for: there may always be more of it.
-  if (!state_->settle_until) {
-    RETURN_IF_ERROR(state_->Flush());
-    state_->settle_until = state_->disk->state().appended;
-  }
+  // Once is enough: what comes while the disk is waited for goes there in its own time.
+  if (!state_->settling) RETURN_IF_ERROR(state_->Flush());
   auto settled = state_->disk->Settle();
   if (!settled && !state_->failure) state_->failure = settled.error();
-  if (!settled) return settled;
-  if (state_->disk->state().synced < *state_->settle_until) return false;
-  state_->settle_until.reset();
-  return true;
+  state_->settling = settled && !*settled;
+  return settled;
 }
 
 Status RecordingWriter::Finish() {

@@ -46,6 +46,8 @@ enum class ScanEventKind {
 };
 inline constexpr std::size_t kScanEventKinds = 18;
 [[nodiscard]] const char* ScanEventText(ScanEventKind kind);
+/// An order as it is given, for messages: "home the axis". Of what is no order, as ScanEventText.
+[[nodiscard]] const char* ScanOrderText(ScanEventKind kind);
 
 /// Times of the machine, on the host's clock.
 namespace scan_time {

@@ -120,7 +120,7 @@ Status Scanner::State::Order(Job job, const ScanEvent& event) {
   RETURN_IF_ERROR(machine.MayOrder(event.kind));
   if (!relay_tested) return relay_tested;  // nothing stops the machine if the program dies
   if (order != Job::kNone || running != Job::kNone) {
-    return Fail(std::string("carry out '") + ScanEventText(event.kind) + "'",
+    return Fail(ScanOrderText(event.kind),
                 std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
                 "wait a moment, then try again");
   }

@@ -180,8 +180,8 @@ void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanosecond
       told = true;
     }
     if (!told && machine.state() != ScanState::kSafe) {
-      event.cause = {CauseCode::kChainOpen, reading.held_by, "end the demand to stop, then press the reset button",
-                     now};
+      event.cause = {CauseCode::kChainOpen, reading.held_by,
+                     "pull the emergency stop out, shut the door or leave the limit, then press the reset button", now};
       event.cause.ends_with_reset = true;
       static_cast<void>(HandleLocked(event));
     }

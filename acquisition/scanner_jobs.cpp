@@ -460,8 +460,8 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
-             devices.clock.Now()});
+      Fault({settling_since ? CauseCode::kStorage : CauseCode::kInternal,
+             summary.error().attempted + ": " + summary.error().seen, summary.error().advice, devices.clock.Now()});
     }
   }
   if (state() == ScanState::kStopping || state() == ScanState::kScanning) StopHard();
@@ -547,10 +547,10 @@ Status Scanner::State::JudgeQuality(const ScanLevel& level) {
   if (now.sensors_verdict != SensorsVerdict::kRefuse) return {};
   std::string dead;
   for (const std::size_t sensor : now.dead) dead += (dead.empty() ? "" : ", ") + std::to_string(sensor);
-  const Error error{"scan", "too many sensors see nothing: " + dead,
-                    "clean their windows; if that does not help, have the boards looked at"};
-  Fault({CauseCode::kSensorsDead, error.seen, error.advice, devices.clock.Now()});
-  return tl::unexpected<Error>(error);
+  // The level itself is recorded and counts; the cause stops the scan.
+  Fault({CauseCode::kSensorsDead, "too many sensors see nothing: " + dead,
+         "clean their windows; if that does not help, have the boards looked at", devices.clock.Now()});
+  return {};
 }
 
 Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return Kept(writer->AppendAxis(time, z_mm)); }

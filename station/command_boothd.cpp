@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -69,15 +71,33 @@ std::vector<std::string> PrepareHost(const Config& config, ScannerOptions& scann
   return notes;
 }
 
+/// A folder and all below it: clients name recordings with folders of their own. Links are not followed.
+std::vector<std::string> FoldersFrom(const std::string& top) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> folders{top};
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(top, fs::directory_options::skip_permission_denied, error), end;
+       !error && at != end; at.increment(error)) {
+    if (at->is_directory(error) && !at->is_symlink(error)) folders.push_back(at->path().string());
+  }
+  std::sort(folders.begin() + 1, folders.end());
+  return folders;
+}
+
 /// What a program that died has left is saved before anything else, without a question.
 std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const KeySource* keys, CommandIo& io) {
   std::vector<std::string> notes;
-  const auto found = RecoverOpenRecordings(io.storage(), options.recordings, keys);
-  if (!found) return {found.error().Text()};
-  for (const OpenRecording& one : *found) {
-    notes.push_back(one.outcome ? "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport()
-                                : one.outcome.error().Text());
-    Log(LogLevel::kWarning, notes.back());
+  for (const std::string& folder : FoldersFrom(options.recordings)) {
+    const auto found = RecoverOpenRecordings(io.storage(), folder, keys);
+    if (!found) {
+      notes.push_back(found.error().Text());
+      continue;
+    }
+    for (const OpenRecording& one : *found) {
+      notes.push_back(one.outcome ? "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport()
+                                  : one.outcome.error().Text());
+      Log(LogLevel::kWarning, notes.back());
+    }
   }
   return notes;
 }
@@ -149,7 +169,7 @@ void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
       ->check(CLI::IsMember({"status", "home", "cancel", "acknowledge"}));
   command->footer(
       "The protocol is in docs/wire_protocol.md. SIGTERM stops what runs, and ends it.\n"
-      "Example: annulus boothd --config booth.toml --socket /run/annulus/booth.sock --recordings /var/lib/annulus");
+      "Example: annulus boothd --config booth.toml --recordings /var/lib/annulus --key-file /etc/annulus/keys");
   command->callback([&chosen, options] {
     chosen = [options](CommandIo& io) { return options->ask.empty() ? Serve(*options, io) : Ask(*options, io); };
   });

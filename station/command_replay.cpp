@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -113,7 +114,17 @@ Status RunReplayCommand(const ReplayCommandOptions& options, CommandIo& io) {
     io.set_failure_code(2);
     return Fail("replay step by step", "input or output is no terminal", "run it in a terminal, or without --step");
   }
+  if (request.to < request.from) {
+    io.set_failure_code(2);
+    return Fail("replay from level " + std::to_string(request.from),
+                "--to is level " + std::to_string(request.to) + ", before it", "give the smaller number as --from");
+  }
   if (!request.out.empty()) {
+    std::error_code unknown;
+    if (std::filesystem::equivalent(request.recording, request.out, unknown)) {
+      return Fail("replay " + request.recording, "--out is the recording itself, which is only read",
+                  "choose another name for --out");
+    }
     RETURN_IF_ERROR(CheckReplacing(io.storage(), request.out, options.force ? Replacing::kForce : Replacing::kRefuse));
   }
   ProgressDisplay display(options.step ? ProgressMode::kNone : io.progress_mode());

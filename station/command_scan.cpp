@@ -72,6 +72,10 @@ Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
   if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
+  if (options.out.empty()) {
+    io.set_failure_code(kWrongUsage);
+    return Fail("scan", "--out is empty", "name the recording to write");
+  }
   RETURN_IF_ERROR(CheckConsent(*config, options, io));
   if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
     io.set_failure_code(2);

@@ -124,7 +124,7 @@ class Boothd(ProgramTest):
 
     def scanning(self, client, levels):
         """Starts a long scan and waits until so many of its levels have come."""
-        version = self.arm(client, "long", "long.mcap")
+        version = self.arm(client, "long", "day/long.mcap")
         client.ask("subscribe", levels=1)
         client.ask("start", version=version)
         client.wait(lambda s: s["state"] == "SCANNING", "it does not start")
@@ -194,7 +194,7 @@ class Boothd(ProgramTest):
         process = self.serve()
         self.scanning(self.connect(), 5)
         self.terminate(process)
-        self.assertGreaterEqual(self.succeeds_json("inspect", "scans/long.mcap")["levels"], 5)
+        self.assertGreaterEqual(self.succeeds_json("inspect", "scans/day/long.mcap")["levels"], 5)
 
     @in_real_time
     def test_a_scan_goes_on_without_its_session_and_anybody_can_stop_it(self):
@@ -220,7 +220,7 @@ class Boothd(ProgramTest):
         self.scanning(client, 10)
         process.kill()
         process.wait()
-        left = glob.glob(self.path("scans/long.mcap*"))
+        left = glob.glob(self.path("scans/day/long.mcap*"))
         self.assertEqual(len(left), 1, left)
         seen = self.saved_levels(left[0])
         self.assertGreaterEqual(seen, 9, "all but the one that was being taken")
