@@ -124,7 +124,9 @@ TEST(DiskWriter, SettlesThoughMoreIsAppendedAllTheTime) {
   storage.Release();
   while (settled && !*settled) {
     settled = writer.Settle();
-    if (writer.state().appended < 1'000) ASSERT_TRUE(writer.Append(Block(10)));
+    if (writer.state().appended < 1'000) {
+      ASSERT_TRUE(writer.Append(Block(10)));
+    }
   }
   ASSERT_TRUE(settled);
   EXPECT_GE(writer.state().synced, 3U);
