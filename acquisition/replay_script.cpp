@@ -30,8 +30,9 @@ bool IsSane(const UsbRangeRingOptions& options) {
          options.transfers_per_board <= kMostTransfers;
 }
 bool IsSane(const CanRangeRingOptions& options) {
-  return IsWait(options.boot_deadline) && IsWait(options.heartbeat) && IsWait(options.sdo_timeout) &&
-         options.sensor_count > 0 && options.board_count > 0 && options.board_count <= kLastNodeId;
+  const bool heartbeat = options.heartbeat >= std::chrono::milliseconds(1) && options.heartbeat < kLongestWait;
+  return IsWait(options.boot_deadline) && heartbeat && IsWait(options.sdo_timeout) && options.sensor_count > 0 &&
+         options.board_count > 0 && options.board_count <= kLastNodeId;
 }
 
 /// Whether what a record tells can be calculated with: its checksum does not say who wrote it.

@@ -54,8 +54,8 @@ std::optional<SubjectHit> ClothedSubject::CastVisor(const Ray& ray, double max_d
 
 std::optional<SubjectHit> ClothedSubject::Cast(const Ray& ray, double time_s, double max_distance_mm) const {
   // What is worn may be within reach though the skin below it is not.
-  const double deepest = std::max(cap_ ? cap_->thickness_mm : 0.0,
-                                  clothing_ ? clothing_->ease_mm + clothing_->fold_mm : 0.0);
+  const double deepest =
+      std::max(cap_ ? cap_->thickness_mm : 0.0, clothing_ ? clothing_->ease_mm + clothing_->fold_mm : 0.0);
   std::optional<SubjectHit> hit = bare_->Cast(ray, time_s, max_distance_mm + deepest);
   if (hit) {
     const Eigen::Vector3d p = ray.origin + hit->distance_mm * ray.direction;

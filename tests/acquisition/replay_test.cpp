@@ -191,6 +191,26 @@ TEST(Replay, RefusesANewerFormat) {
   EXPECT_THAT(replay.error().Text(), HasSubstr("format 2, this program reads up to 1"));
 }
 
+TEST(Replay, RefusesOptionsOfARingThatNoDriverTakes) {
+  const auto refused = [](const CanRangeRingOptions& options) {
+    const std::vector<RawRecord> raw{
+        EncodeBusRecord(bus_record::RingOpening{bus_record::kFormat, options, 1}, nanoseconds(1)),
+        EncodeBusRecord(bus_record::RingOpened{}, nanoseconds(2)),
+        EncodeBusRecord(bus_record::ScanBegun{PlanJson(ShortPlan())}, nanoseconds(3))};
+    const auto replay = Replay::Open(raw);
+    return !replay && replay.error().Text().find("cannot be") != std::string::npos;
+  };
+  CanRangeRingOptions options;
+  EXPECT_FALSE(refused(options)) << "without boards it fails otherwise";
+  for (const nanoseconds heartbeat : {nanoseconds(0), nanoseconds(999'999), nanoseconds(std::chrono::minutes(1))}) {
+    options.heartbeat = heartbeat;
+    EXPECT_TRUE(refused(options)) << heartbeat.count();
+  }
+  options = {};
+  options.board_count = 128;
+  EXPECT_TRUE(refused(options));
+}
+
 TEST(Replay, GivesWhatIsThereOfACutRecording) {
   TappedBooth booth(NoisyCone());
   TapeSink tape;

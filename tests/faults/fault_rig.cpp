@@ -48,6 +48,13 @@ FaultRigOptions FaultRig::With(const std::string& row) {
   return options;
 }
 
+FaultRigOptions FaultRig::OnCan(const std::string& row) {
+  FaultRigOptions options = With(row);
+  options.booth.can_buses = 1;
+  options.bus = RingBus::kCan;
+  return options;
+}
+
 std::uint64_t FaultRig::WholeScan() { return ScannerRig::ShortPlan().TotalLevels(); }
 
 FaultRig::FaultRig(FaultRigOptions options)
@@ -67,6 +74,11 @@ FaultRig::~FaultRig() {
   scanner_.reset();
 }
 
+Result<std::unique_ptr<RangeRing>> FaultRig::OpenRing() {
+  return options_.bus == RingBus::kUsb ? OpenUsbRangeRing(injector_.usb_host(), {}, worker_clock_)
+                                       : MakeCanRangeRing(injector_.can_buses(), {}, worker_clock_);
+}
+
 testing::AssertionResult FaultRig::Open() {
   life_ = {};
   injector_.Revive();
@@ -78,7 +90,7 @@ testing::AssertionResult FaultRig::Open() {
       return std::make_unique<OutsidePort>(std::move(port));
     };
   }
-  auto ring = OpenUsbRangeRing(injector_.usb_host(), {}, worker_clock_);
+  auto ring = OpenRing();
   if (!ring) return testing::AssertionFailure() << ring.error().Text();
   ring_ = std::move(*ring);
   auto axis = MakeModbusScanAxis(watched_link_, {}, worker_clock_);
@@ -166,6 +178,7 @@ std::optional<nanoseconds> FaultRig::fault_time() const {
 
 void FaultRig::Work() {
   mortal_.Begin();
+  injector_.SimulateHere();
   try {
     while (life_.alive && life_.worker_alive) {
       {
