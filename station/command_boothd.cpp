@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -71,28 +70,30 @@ std::vector<std::string> PrepareHost(const Config& config, ScannerOptions& scann
   return notes;
 }
 
-/// A folder and all below it: clients name recordings with folders of their own. Links are not followed.
-std::vector<std::string> FoldersFrom(const std::string& top) {
+/// The folder of the recordings, and those below it: a recording may be called day/scan.mcap.
+std::vector<std::string> FoldersOf(const std::string& recordings) {
   namespace fs = std::filesystem;
-  std::vector<std::string> folders{top};
+  constexpr int kDeepest = 3;  // a folder that is shared with other things is not searched to its end
+  std::vector<std::string> folders{recordings};
   std::error_code error;
-  for (fs::recursive_directory_iterator at(top, fs::directory_options::skip_permission_denied, error), end;
-       !error && at != end; at.increment(error)) {
-    if (at->is_directory(error) && !at->is_symlink(error)) folders.push_back(at->path().string());
+  fs::recursive_directory_iterator entry(recordings, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    std::error_code unknown;
+    if (entry->is_symlink(unknown) || !entry->is_directory(unknown)) continue;
+    const bool hidden = entry->path().filename().string().front() == '.';
+    if (!hidden) folders.push_back(entry->path().string());
+    if (hidden || entry.depth() + 1 >= kDeepest) entry.disable_recursion_pending();
   }
-  std::sort(folders.begin() + 1, folders.end());
   return folders;
 }
 
 /// What a program that died has left is saved before anything else, without a question.
 std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const KeySource* keys, CommandIo& io) {
   std::vector<std::string> notes;
-  for (const std::string& folder : FoldersFrom(options.recordings)) {
+  for (const std::string& folder : FoldersOf(options.recordings)) {
     const auto found = RecoverOpenRecordings(io.storage(), folder, keys);
-    if (!found) {
-      notes.push_back(found.error().Text());
-      continue;
-    }
+    if (!found) notes.push_back(found.error().Text());
+    if (!found) continue;
     for (const OpenRecording& one : *found) {
       notes.push_back(one.outcome ? "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport()
                                   : one.outcome.error().Text());

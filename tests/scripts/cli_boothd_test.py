@@ -122,9 +122,9 @@ class Boothd(ProgramTest):
         client.wait(lambda s: s["start_presses"] > presses, "the simulated operator does not press the start key")
         return client.status["version"]
 
-    def scanning(self, client, levels):
+    def scanning(self, client, levels, out="long.mcap"):
         """Starts a long scan and waits until so many of its levels have come."""
-        version = self.arm(client, "long", "day/long.mcap")
+        version = self.arm(client, "long", out)
         client.ask("subscribe", levels=1)
         client.ask("start", version=version)
         client.wait(lambda s: s["state"] == "SCANNING", "it does not start")
@@ -217,7 +217,7 @@ class Boothd(ProgramTest):
     def test_killed_in_a_scan_it_leaves_what_it_took_and_starts_again_in_safe(self):
         process = self.serve()
         client = self.connect()
-        self.scanning(client, 10)
+        self.scanning(client, 10, out="day/long.mcap")
         process.kill()
         process.wait()
         left = glob.glob(self.path("scans/day/long.mcap*"))
@@ -230,7 +230,7 @@ class Boothd(ProgramTest):
         self.assertFalse(other.status["homed"], "where the carriage is must be found out again")
         self.assertIsNone(other.status["scan"])
         self.assertTrue(any("interrupted scan saved" in warning for warning in other.status["warnings"]), other.status)
-        self.assertEqual(self.succeeds_json("inspect", self.path("scans/long.mcap"))["levels"], seen)
+        self.assertEqual(self.succeeds_json("inspect", self.path("scans/day/long.mcap"))["levels"], seen)
         self.terminate(again)
 
     def saved_levels(self, path):
