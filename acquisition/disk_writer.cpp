@@ -232,7 +232,7 @@ Status DiskWriter::Close() {
     state_->thread.join();
   }
   state_->closed = true;
-  RETURN_IF_ERROR(waited);
+  if (!waited) return waited;
   return state_->Timed([&] { return state_->file->Close(); });
 }
 

@@ -147,7 +147,7 @@ bool BoothSession::RunUntil(const std::function<bool(const ScannerStatus&)>& don
     }
     reached = done(scanner_->status());
   }
-  watch_ = nullptr;
+  if (in_virtual_time) watch_ = nullptr;  // in real time the control thread looks at it
   return reached;
 }
 
