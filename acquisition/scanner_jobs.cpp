@@ -25,6 +25,7 @@ constexpr std::uint64_t kScansOfSpace = 5;
 constexpr milliseconds kReopenPatience{300};  ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
+constexpr std::chrono::seconds kArmPatience{2};  ///< The same, when a scan is wanted.
 /// A wall clock before this was never set.
 constexpr nanoseconds kClockSane = std::chrono::seconds(946'684'800);
 
@@ -106,7 +107,8 @@ void Scanner::State::Idle() {
   bool lost = false;
   {
     const std::scoped_lock lock(mutex);
-    lost = device_lost;
+    // A ring that is lost in IDLE is looked for when a scan is wanted: until then the axis is watched without a gap.
+    lost = device_lost && machine.state() != ScanState::kIdle;
     if (machine.state() != ScanState::kArmed) armed_longest = nanoseconds(0);
   }
   if (writer && state() != ScanState::kArmed && state() != ScanState::kScanning) {
@@ -314,6 +316,13 @@ Status Scanner::State::Check(ArmReport& report) {
 }
 
 Status Scanner::State::ProveRing() {
+  bool lost = false;
+  {
+    const std::scoped_lock lock(mutex);
+    lost = device_lost;
+  }
+  // A board may have been unplugged, or have restarted, since the last scan.
+  if (lost) RETURN_IF_ERROR(ReopenDevices(kArmPatience));
   {
     const std::scoped_lock lock(mutex);
     proving = true;
@@ -328,12 +337,14 @@ Status Scanner::State::ProveRing() {
     return {};
   };
   Status proved = prove();
+  const RingTrouble trouble = proved ? RingTrouble::kNone : devices.ring.trouble();
   if (devices.ring.state() != RangeRing::State::kIdle) {
     const Status stopped = devices.ring.Stop();
     if (proved) proved = stopped;
   }
   const std::scoped_lock lock(mutex);
   proving = false;
+  if (trouble != RingTrouble::kNone && trouble != RingTrouble::kOrder) device_lost = true;
   return proved;
 }
 
