@@ -35,6 +35,12 @@ std::string Joined(const std::vector<std::string>& reasons) {
   return text;
 }
 
+/// What stopped a scan if neither a device nor the disk has told it: stamps that cannot be, or a bug.
+CauseCode CodeOf(const Error& error) {
+  const bool of_a_board = error.seen.find("ring board") != std::string::npos;
+  return of_a_board ? CauseCode::kSensorData : CauseCode::kInternal;
+}
+
 /// Longest that a scan of this plan can take, from the start key to the last level on the disk.
 nanoseconds LongestOf(const ScanPlan& plan, const AxisLimits& limits) {
   double seconds = plan.dwell_s;
@@ -437,7 +443,7 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
+      Fault({CodeOf(summary.error()), summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
              devices.clock.Now()});
     }
   }
@@ -471,7 +477,7 @@ void Scanner::State::EndRecording(ScanResult& ended) {
   }
   ended.quality = quality->Assess();
   static_cast<void>(writer->AppendEvent(devices.clock.Now(), "quality: " + JsonFromQuality(*ended.quality)));
-  const Status finished = writer->Finish();
+  const Status finished = Keep(writer->Finish());
   ended.recorded = true;
   if (finished) {
     ended.complete = levels + ended.summary.missing_levels == plan.TotalLevels() && ended.summary.missing_levels == 0;
@@ -497,9 +503,16 @@ Status Scanner::State::DrainLogs() {
   return {};
 }
 
+Status Scanner::State::Keep(Status kept) {
+  if (!kept)
+    Fault({CauseCode::kStorage, kept.error().attempted + ": " + kept.error().seen, kept.error().advice,
+           devices.clock.Now()});
+  return kept;
+}
+
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
-  RETURN_IF_ERROR(DrainLogs());
-  RETURN_IF_ERROR(writer->AppendLevel(level));
+  RETURN_IF_ERROR(Keep(DrainLogs()));
+  RETURN_IF_ERROR(Keep(writer->AppendLevel(level)));
   if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
   return JudgeQuality(level);
@@ -521,19 +534,20 @@ Status Scanner::State::JudgeQuality(const ScanLevel& level) {
   return tl::unexpected<Error>(error);
 }
 
-Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return writer->AppendAxis(time, z_mm); }
+Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return Keep(writer->AppendAxis(time, z_mm)); }
 
 Status Scanner::State::AppendEvent(nanoseconds time, const std::string& text) {
-  return writer->AppendEvent(time, text);
+  return Keep(writer->AppendEvent(time, text));
 }
 
 Status Scanner::State::AppendRaw(RawRecord record) {
   // Without taps nothing could be replayed.
-  return devices.tap == nullptr ? Status{} : writer->AppendRaw(std::move(record));
+  return devices.tap == nullptr ? Status{} : Keep(writer->AppendRaw(std::move(record)));
 }
 
 Result<bool> Scanner::State::Settle() {
   const auto settled = writer->Settle();
+  if (!settled) RETURN_IF_ERROR(Keep(Fail(settled)));
   if (!settled || !*settled) return settled;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;

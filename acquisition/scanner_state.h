@@ -88,6 +88,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status BringToRest();
   Status AwaitBrake();
   void StopHard();
+  /// Passes on what became of something that was to be kept, after telling the machine if the disk failed.
+  Status Keep(Status kept);
   /// What the control thread has written down goes into the recording, if there is one.
   Status DrainLogs();
   [[nodiscard]] TaskContext Task();
