@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -41,17 +42,35 @@ std::size_t Kills(const FaultRig& rig) {
   }));
 }
 
-/// The drive as it left the factory: what a fault wrote to it is written back, by somebody who knows.
-void RepairDrive(FaultRig& rig) {
+/// What only service can put right: what a fault wrote to the drive, and a safety relay of which one channel alone
+/// opened.
+void CallService(FaultRig& rig) {
   for (const sim::FaultEvent& event : rig.injector().log()) {
-    if (rig.injector().plan().faults[event.fault].kind != sim::FaultKind::kAxisParameter) continue;
-    sim::AxisMishap repair;
-    repair.kind = sim::AxisMishapKind::kParameter;
-    repair.from = rig.Now();
-    repair.value = 200.0;
-    repair.code = sim::AxisParameterRegisters::kHeartbeat;
-    return rig.drive().Suffer(repair);
+    const sim::Fault& fault = rig.injector().plan().faults[event.fault];
+    if (!event.begins) continue;
+    if (fault.kind == sim::FaultKind::kAxisParameter) {
+      sim::AxisMishap repair;
+      repair.kind = sim::AxisMishapKind::kParameter;
+      repair.from = rig.Now();
+      repair.value = 200.0;
+      repair.code = sim::AxisParameterRegisters::kHeartbeat;
+      rig.drive().Suffer(repair);
+    }
+    if (fault.kind == sim::FaultKind::kChainEstop && fault.Whole(sim::FaultArg::kChannel) != 2) {
+      rig.chain().PressEstopAt(rig.Now());
+      rig.chain().ReleaseEstopAt(rig.Now() + milliseconds(200));
+      rig.Pass(milliseconds(300));
+    }
   }
+}
+
+/// At rest though nobody looks after the lines any more.
+std::string JudgeHardware(FaultRig& rig) {
+  std::string wrong;
+  if (std::abs(rig.drive().TrueSpeed(rig.Now())) > 0.01) wrong += "the axis moves without a program\n";
+  if (rig.chain().Level(sim::ChainSignal::kBrakeReleased)) wrong += "the brake is released without a program\n";
+  if (rig.chain().Level(sim::ChainSignal::kStoA)) wrong += "there is torque without a program\n";
+  return wrong;
 }
 
 std::string TraceOf(FaultRig& rig) {
@@ -91,8 +110,8 @@ Outcome RunPlan(const sim::FaultPlan& plan) {
   static_cast<void>(rig.RunUntil([&] { return rig.injector().finished(); }, seconds(5)));
   rig.Pass(seconds(1));
   if (rig.fault_time() && (outcome.stopped || outcome.killed)) outcome.safe = TimeToSafe(rig, *rig.fault_time());
-  RepairDrive(rig);
-  outcome.wrong += JudgeRest(rig);
+  CallService(rig);
+  outcome.wrong += Kills(rig) > 0 ? JudgeHardware(rig) : JudgeRest(rig);
   outcome.wrong += JudgeRecording(rig, "scan.mcap");
   if (Kills(rig) > 0) {
     if (const auto again = rig.Restart(); !again) {
