@@ -26,6 +26,7 @@ constexpr std::chrono::seconds kSettlePatience{9};  ///< With the disk, after th
 constexpr milliseconds kReopenPatience{300};        ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
+constexpr std::chrono::seconds kArmPatience{2};  ///< The same, when a scan is wanted.
 /// A wall clock before this was never set.
 constexpr nanoseconds kClockSane = std::chrono::seconds(946'684'800);
 
@@ -33,6 +34,12 @@ std::string Joined(const std::vector<std::string>& reasons) {
   std::string text;
   for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;
+}
+
+/// What stopped a scan if neither a device nor the disk has told it: stamps that cannot be, or a bug.
+CauseCode CodeOf(const Error& error) {
+  const bool of_a_board = error.seen.find("ring board") != std::string::npos;
+  return of_a_board ? CauseCode::kSensorData : CauseCode::kInternal;
 }
 
 /// Longest that a scan of this plan can take, from the start key to the last level on the disk.
@@ -134,7 +141,8 @@ void Scanner::State::Idle() {
   bool lost = false;
   {
     const std::scoped_lock lock(mutex);
-    lost = device_lost;
+    // A ring that is lost in IDLE is looked for when a scan is wanted: until then the axis is watched without a gap.
+    lost = device_lost && machine.state() != ScanState::kIdle;
     if (machine.state() != ScanState::kArmed) armed_longest = nanoseconds(0);
   }
   if (writer && state() != ScanState::kArmed && state() != ScanState::kScanning) {
@@ -345,6 +353,13 @@ Status Scanner::State::Check(ArmReport& report) {
 }
 
 Status Scanner::State::ProveRing() {
+  bool lost = false;
+  {
+    const std::scoped_lock lock(mutex);
+    lost = device_lost;
+  }
+  // A board may have been unplugged, or have restarted, since the last scan.
+  if (lost) RETURN_IF_ERROR(ReopenDevices(kArmPatience));
   {
     const std::scoped_lock lock(mutex);
     proving = true;
@@ -359,12 +374,14 @@ Status Scanner::State::ProveRing() {
     return {};
   };
   Status proved = prove();
+  const RingTrouble trouble = proved ? RingTrouble::kNone : devices.ring.trouble();
   if (devices.ring.state() != RangeRing::State::kIdle) {
     const Status stopped = devices.ring.Stop();
     if (proved) proved = stopped;
   }
   const std::scoped_lock lock(mutex);
   proving = false;
+  if (trouble != RingTrouble::kNone && trouble != RingTrouble::kOrder) device_lost = true;
   return proved;
 }
 
@@ -460,7 +477,7 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({settling_since ? CauseCode::kStorage : CauseCode::kInternal,
+      Fault({settling_since ? CauseCode::kStorage : CodeOf(summary.error()),
              summary.error().attempted + ": " + summary.error().seen, summary.error().advice, devices.clock.Now()});
     }
   }
@@ -495,7 +512,7 @@ void Scanner::State::EndRecording(ScanResult& ended) {
   }
   ended.quality = quality->Assess();
   static_cast<void>(writer->AppendEvent(devices.clock.Now(), "quality: " + JsonFromQuality(*ended.quality)));
-  const Status finished = writer->Finish();
+  const Status finished = Kept(writer->Finish());
   ended.recorded = true;
   if (finished) {
     ended.complete = levels + ended.summary.missing_levels == plan.TotalLevels() && ended.summary.missing_levels == 0;

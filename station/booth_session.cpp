@@ -28,6 +28,10 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   auto ground = DeviceGround::Make(config, storage, options.pace);
   if (!ground) return Fail(ground);
   session->ground_ = std::move(*ground);
+  // First of all: the lines are for one program only, and a second one must not even look at ring and axis.
+  auto interlock = OpenInterlock(config.interlock, *session->ground_);
+  if (!interlock) return Fail(interlock);
+  session->interlock_ = std::move(*interlock);
   auto ring = OpenRing(config.ring, *session->ground_, &session->tap_);
   if (!ring) return Fail(ring);
   session->ring_ = std::move(*ring);
@@ -35,9 +39,6 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   if (!axis) return Fail(axis);
   session->axis_ = std::move(*axis);
   session->tap_.EndPrelude();
-  auto interlock = OpenInterlock(config.interlock, *session->ground_);
-  if (!interlock) return Fail(interlock);
-  session->interlock_ = std::move(*interlock);
   if (config.interlock.simulated) session->operator_ = options.sim_operator;
   Storage& disk = session->ground_->faults() == nullptr ? storage : session->ground_->faults()->WrapStorage(storage);
   options.scanner.on_level = [raw = session.get(), told = std::move(options.scanner.on_level)](const ScanLevel& level) {

@@ -70,6 +70,7 @@ FaultRig::FaultRig(FaultRigOptions options)
 
 FaultRig::~FaultRig() {
   ticking_ = false;
+  watch_.Watch(nullptr);
   EndWorker();
   scanner_.reset();
 }

@@ -13,7 +13,9 @@ namespace {
 
 constexpr milliseconds kAtRest{500};
 
-std::string FailedCheck(const FaultRig& rig, const std::string& name) {
+}  // namespace
+
+std::string RefusalOf(const FaultRig& rig, const std::string& name) {
   const auto arm = rig.status().arm;
   if (!arm) return "";
   for (const ArmCheck& check : arm->checks) {
@@ -21,8 +23,6 @@ std::string FailedCheck(const FaultRig& rig, const std::string& name) {
   }
   return "";
 }
-
-}  // namespace
 
 bool IsStopped(const FaultRig& rig) { return rig.state() == ScanState::kFault || rig.state() == ScanState::kSafe; }
 
@@ -69,11 +69,11 @@ std::string BearsScan(FaultRig& rig) {
 }
 
 std::string RefusesToArm(FaultRig& rig, const std::string& check, const std::string& text) {
-  if (!rig.Operate([&] { return !FailedCheck(rig, check).empty() || rig.state() == ScanState::kScanning; })) {
+  if (!rig.Operate([&] { return !RefusalOf(rig, check).empty() || rig.state() == ScanState::kScanning; })) {
     return "nothing was refused: " + rig.Told();
   }
   std::string wrong;
-  const std::string told = FailedCheck(rig, check);
+  const std::string told = RefusalOf(rig, check);
   if (told.empty()) wrong += "the scan was started\n";
   if (told.find(text) == std::string::npos) wrong += "'" + text + "' is not in: " + told + "\n";
   if (rig.watch().When(ScanState::kArmed, nanoseconds(0))) wrong += "it was armed\n";

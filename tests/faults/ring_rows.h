@@ -19,6 +19,9 @@ inline constexpr std::chrono::milliseconds kControlTick{10};
 /// When the program ended the scan: the first state that does not move at or after the fault's beginning.
 [[nodiscard]] std::chrono::nanoseconds WhenStopped(FaultRig& rig);
 
+/// What this check of the last arming says; empty: nothing against it.
+[[nodiscard]] std::string RefusalOf(const FaultRig& rig, const std::string& check);
+
 /// The longest of what is reported.
 class Longest {
  public:

@@ -194,7 +194,7 @@ class Boothd(ProgramTest):
         process = self.serve()
         self.scanning(self.connect(), 5)
         self.terminate(process)
-        self.assertGreaterEqual(self.succeeds_json("inspect", "scans/day/long.mcap")["levels"], 5)
+        self.assertGreaterEqual(self.succeeds_json("inspect", "scans/long.mcap")["levels"], 5)
 
     @in_real_time
     def test_a_scan_goes_on_without_its_session_and_anybody_can_stop_it(self):
