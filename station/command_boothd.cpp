@@ -139,11 +139,14 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
 
 /// One question or order from the command line.
 Status Ask(const BoothdCommand& options, CommandIo& io) {
-  static const std::map<std::string, BoothOrder> kOrders{
-      {"status", StatusOrder{}}, {"home", HomeOrder{}}, {"cancel", CancelOrder{}}, {"acknowledge", AcknowledgeOrder{}}};
-  const bool control = options.ask == "home" || options.ask == "acknowledge";
-  auto client =
-      BoothClient::Connect(options.socket, {BoothRole::kOperator, control, "annulus boothd --ask"}, kConnectPatience);
+  static const std::map<std::string, BoothOrder> kOrders{{"status", StatusOrder{}},
+                                                         {"home", HomeOrder{}},
+                                                         {"cancel", CancelOrder{}},
+                                                         {"acknowledge", AcknowledgeOrder{}},
+                                                         {"acknowledge-service", AcknowledgeOrder{}}};
+  const bool control = options.ask != "status" && options.ask != "cancel";
+  const BoothRole role = options.ask == "acknowledge-service" ? BoothRole::kTechnician : BoothRole::kOperator;
+  auto client = BoothClient::Connect(options.socket, {role, control, "annulus boothd --ask"}, kConnectPatience);
   if (!client) return Fail(client);
   RETURN_IF_ERROR(client->Ask(kOrders.at(options.ask), kAskPatience));
   RETURN_IF_ERROR(client->Ask(StatusOrder{}, kAskPatience));
@@ -164,10 +167,12 @@ void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
       ->capture_default_str();
   AddKeyFileOption(*command, options->key_file);
   command
-      ->add_option("--ask", options->ask,
-                   "ask the boothd that runs: status, home, cancel or acknowledge; then print its status")
+      ->add_option(
+          "--ask", options->ask,
+          "ask the boothd that runs: status, home (moves the axis), cancel, acknowledge, or acknowledge-service for "
+          "what only the service may; then print its status")
       ->type_name("WHAT")
-      ->check(CLI::IsMember({"status", "home", "cancel", "acknowledge"}));
+      ->check(CLI::IsMember({"status", "home", "cancel", "acknowledge", "acknowledge-service"}));
   command->footer(
       "The protocol is in docs/wire_protocol.md. SIGTERM stops what runs, and ends it.\n"
       "Example: annulus boothd --config booth.toml --recordings /var/lib/annulus --key-file /etc/annulus/keys");
