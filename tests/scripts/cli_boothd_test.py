@@ -34,7 +34,7 @@ level_rate_hz = 20
 """
 
 ATTEMPTS = 5
-TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "sensor_lost"}
+TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost"}
 
 
 def in_real_time(test):
@@ -238,7 +238,7 @@ class Boothd(ProgramTest):
         done = self.run_program("recover", path, "--out", "saved.mcap")
         if done.returncode == 2:  # not in this version yet: reading it does the same
             return self.succeeds_json("inspect", path)["levels"]
-        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn(done.returncode, (0, 3), done.stderr)  # 3: the last write was torn
         return self.succeeds_json("inspect", "saved.mcap")["levels"]
 
     @in_real_time
