@@ -453,6 +453,10 @@ void Scanner::State::Search() {
   event.time = devices.clock.Now();
   const std::scoped_lock lock(mutex);
   static_cast<void>(HandleLocked(event));
+  if (!found.status && !machine.causes().empty()) {
+    const ScanCause& cause = machine.causes().front();
+    found.status = Fail("find the subject's top", cause.text, cause.advice);
+  }
   result = std::move(found);
 }
 

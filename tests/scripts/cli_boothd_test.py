@@ -34,7 +34,7 @@ level_rate_hz = 20
 """
 
 ATTEMPTS = 5
-TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "sensor_lost"}
+TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost"}
 
 
 def in_real_time(test):
@@ -235,7 +235,13 @@ class Boothd(ProgramTest):
 
     def saved_levels(self, path):
         done = self.run_program("recover", path, "--out", "saved.mcap")
+<<<<<<< .merge_file_f8a5zm
         self.assertIn(done.returncode, (0, 3), done.stderr)  # 3 only if the last write was torn
+=======
+        if done.returncode == 2:  # not in this version yet: reading it does the same
+            return self.succeeds_json("inspect", path)["levels"]
+        self.assertIn(done.returncode, (0, 3), done.stderr)  # 3: the last write was torn
+>>>>>>> .merge_file_817PkS
         return self.succeeds_json("inspect", "saved.mcap")["levels"]
 
     @in_real_time
