@@ -77,8 +77,8 @@ struct Scan {
 };
 
 /// The calibrated points of every return of a scan (SampleBuilder): paper 001, eq. 2.1 for an ideal ring.
-/// Readings that are not finite, beyond the axis or not positive are left out. The weight is the return quality, lowered
-/// where the scan itself shows that a reading is doubtful (QualityWeights; 0: not to be used).
+/// Readings that are not finite, beyond the axis or not positive are left out. The weight is the return quality,
+/// lowered where the scan itself shows that a reading is doubtful (QualityWeights; 0: not to be used).
 [[nodiscard]] std::vector<SurfaceSample> BuildSamples(const Scan& scan);
 
 /// "sha256:" + hex of ring geometry and readings (not of file bytes): the identity of what was measured.
