@@ -57,6 +57,7 @@ void AxisGuard::OrderedMove(nanoseconds before, nanoseconds after, double target
 
 void AxisGuard::OrderedHoming(nanoseconds time) {
   order_ = Order::kHoming;
+  powered_from_mm_.reset();  // where it is is found out anew
   before_ = after_ = time;
   begins_ = readings_.empty();
   from_mm_ = begins_ ? 0.0 : readings_.back().z_mm;

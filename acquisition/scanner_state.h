@@ -1,7 +1,7 @@
 #pragma once
 
-// The inside of Scanner, shared by its three files: scanner.cpp (orders and status), scanner_control.cpp (the control
-// tick), scanner_jobs.cpp (what the worker does).
+// The inside of Scanner, shared by its files: scanner.cpp (orders and status), scanner_control.cpp (the control tick),
+// and what the worker does: scanner_jobs.cpp (one order after the other), scanner_arm.cpp, scanner_scan.cpp.
 
 #include <deque>
 #include <mutex>

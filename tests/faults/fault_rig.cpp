@@ -94,12 +94,16 @@ testing::AssertionResult FaultRig::Open() {
   auto ring = OpenRing();
   if (!ring) return testing::AssertionFailure() << ring.error().Text();
   ring_ = std::move(*ring);
+  // A new program opens the port anew; without its adapter it would be started again and again.
+  const nanoseconds patience = wall_.Now() + std::chrono::seconds(10);
+  while (!watched_link_.Reopen() && wall_.Now() < patience) wall_.SleepUntil(wall_.Now() + milliseconds(100));
   auto axis = MakeModbusScanAxis(watched_link_, {}, worker_clock_);
   if (!axis) return testing::AssertionFailure() << axis.error().Text();
   axis_ = std::move(*axis);
   auto lines = booth_.safety().Request({}, InterlockWiring::Default().Lines());
   if (!lines) return testing::AssertionFailure() << lines.error().Text();
-  auto interlock = MakeInterlock(std::make_unique<MortalLines>(injector_.WrapLines(std::move(*lines)), life_), wall_);
+  auto interlock =
+      MakeInterlock(std::make_unique<MortalLines>(injector_.WrapLines(std::move(*lines)), life_, watch_), wall_);
   if (!interlock) return testing::AssertionFailure() << interlock.error().Text();
   interlock_ = std::move(*interlock);
   ScannerOptions scanner_options = options_.scanner;

@@ -15,6 +15,8 @@ constexpr milliseconds kOnTheWire{30};
 constexpr milliseconds kOldestSetPoint{100};
 /// What a tick that is late, or a wait for the next one, may add to a deadline.
 constexpr milliseconds kTickSlack{25};
+/// From an open chain to the drive's quick-stop input: two relays of 15 ms, and room.
+constexpr milliseconds kRelays{40};
 constexpr double kAtRestMmS = 0.01;
 /// Of the software limits, within the buffers.
 constexpr double kOvertravelMm = 20.0;
@@ -207,8 +209,15 @@ void InvariantWatch::AfterTick() {
   if (chain.WasOpen(last_tick_, now)) {
     for (const InterlockOutput output :
          {InterlockOutput::kEnable, InterlockOutput::kQuickStop, InterlockOutput::kEmitters}) {
-      if (chain.Pin(output)) Violated(std::string("I2: the chain is open and this is on: ") + InterlockName(output));
+      if (chain.Pin(output) && lines_taken_) {
+        Violated(std::string("I2: the chain is open and this is on: ") + InterlockName(output));
+      }
     }
+  }
+  // Orders that the chip refuses are given again and again; meanwhile it is the chain that stops the drive.
+  if (!lines_taken_ && chain.WasOpen(now - kRelays - milliseconds(10), now - kRelays) &&
+      chain.Level(sim::ChainSignal::kQuickStopInput)) {
+    Violated("I2: the chain is open, the chip refuses orders, and the drive may run");
   }
   last_tick_ = now;
 }

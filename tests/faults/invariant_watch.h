@@ -59,6 +59,8 @@ class InvariantWatch {
   [[nodiscard]] ScanState StateBefore(std::chrono::nanoseconds time) const;
   /// Causes as they were shown first, in order; a cause that is ended and comes again is shown again.
   [[nodiscard]] const std::vector<ScanCause>& shown() const { return shown_; }
+  /// The chip took an order to an output, or refused it: then only the hardware can act, and is judged.
+  void LinesTaken(bool taken) { lines_taken_ = taken; }
   /// Until when the machine was last seen to move or to have its brake open.
   [[nodiscard]] std::chrono::nanoseconds unsafe_until() const { return unsafe_until_; }
   [[nodiscard]] const std::vector<std::string>& violations() const { return violations_; }
@@ -91,6 +93,7 @@ class InvariantWatch {
   std::size_t motions_ = 0;  ///< Of the drive's log, judged.
   std::uint64_t starts_ = 0;
   std::uint64_t scans_ = 0;
+  bool lines_taken_ = true;
   bool reset_pressed_ = false;
   bool acknowledged_ = false;
   bool ordered_ = false;  ///< Home, start or jog since the last rest.

@@ -106,7 +106,8 @@ class WatchedLink final : public ModbusLink {
 /// The program's GPIO lines. Those of a killed program keep their levels until they are released. Borrows `life`.
 class MortalLines final : public GpioLines {
  public:
-  MortalLines(std::unique_ptr<GpioLines> lines, const ProcessLife& life) : lines_(std::move(lines)), life_(life) {}
+  MortalLines(std::unique_ptr<GpioLines> lines, const ProcessLife& life, InvariantWatch& watch)
+      : lines_(std::move(lines)), life_(life), watch_(watch) {}
 
   [[nodiscard]] std::size_t count() const override { return lines_->count(); }
   GpioResult<std::vector<bool>> Read() override {
@@ -116,7 +117,9 @@ class MortalLines final : public GpioLines {
   GpioResult<void> Write(std::size_t line, bool level) override {
     const ProgramScope scope(ProgramScope::Code::kOther);
     if (!life_.alive) return {};
-    return lines_->Write(line, level);
+    auto written = lines_->Write(line, level);
+    watch_.LinesTaken(written.has_value());
+    return written;
   }
   GpioResult<std::optional<GpioEdge>> WaitEdge(std::chrono::nanoseconds deadline) override {
     const ProgramScope scope(ProgramScope::Code::kOther);
@@ -126,6 +129,7 @@ class MortalLines final : public GpioLines {
  private:
   std::unique_ptr<GpioLines> lines_;
   const ProcessLife& life_;
+  InvariantWatch& watch_;
 };
 
 /// The program's end of a board's USB port.
