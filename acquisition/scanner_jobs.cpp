@@ -522,7 +522,7 @@ Status Scanner::State::AppendRaw(RawRecord record) {
 }
 
 Result<bool> Scanner::State::Settle() {
-  const auto settled = writer->Settle();
+  auto settled = writer->Settle();
   if (!settled || !*settled) return settled;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;
