@@ -125,9 +125,7 @@ void RecordedCanBus::Load(nanoseconds time, bus_record::CanLinkRead link) {
   links_.emplace_back(time, std::move(link));
 }
 
-void RecordedCanBus::Load(nanoseconds time, bus_record::CanReceived received) {
-  events_.push_back({time, received});
-}
+void RecordedCanBus::Load(nanoseconds time, bus_record::CanReceived received) { events_.push_back({time, received}); }
 
 void RecordedCanBus::Load(nanoseconds time, CanFailed failed) {
   // The others happen only when the ring is opened again, which is not replayed.
