@@ -75,7 +75,19 @@ void AxisGuard::Rests(nanoseconds time) {
   order_ = Order::kNone;
   before_ = after_ = time;
   rest_mm_.reset();
+  // The last one stays: a jump just now is one, too.
+  if (!readings_.empty()) readings_.erase(readings_.begin(), readings_.end() - 1);
+}
+
+void AxisGuard::Powered(nanoseconds time) {
+  powered_from_mm_ = rest_mm_;
+  Rests(time);
+}
+
+void AxisGuard::Forget(nanoseconds time) {
+  Rests(time);
   readings_.clear();
+  powered_from_mm_.reset();
 }
 
 std::optional<double> AxisGuard::Speed() const {
@@ -90,9 +102,14 @@ std::optional<double> AxisGuard::Speed() const {
 
 std::optional<ScanCause> AxisGuard::Judge(const AxisPosition& position) {
   // The encoder's zero moves when the home switch is found.
-  if (position.homed != homed_) readings_.clear();
+  if (position.homed != homed_) {
+    readings_.clear();
+    powered_from_mm_.reset();
+  }
   homed_ = position.homed;
-  if (auto jump = JudgeJump(position)) {
+  auto jump = JudgeJump(position);
+  powered_from_mm_.reset();
+  if (jump) {
     readings_.clear();
     return jump;
   }
@@ -120,6 +137,11 @@ std::optional<ScanCause> AxisGuard::Judge(const AxisPosition& position) {
 }
 
 std::optional<ScanCause> AxisGuard::JudgeJump(const AxisPosition& position) const {
+  if (powered_from_mm_ && std::abs(position.z.value() - *powered_from_mm_) > kJumpMm) {
+    return Cause(CauseCode::kEncoderJump,
+                 "the axis rested, and its encoder jumped by " + Mm(position.z.value() - *powered_from_mm_) + " mm",
+                 "check the encoder and its cable, then home the axis again", position.host_time());
+  }
   if (readings_.empty()) return std::nullopt;
   const Reading& last = readings_.back();
   const nanoseconds span = position.time.device_time - last.device;

@@ -31,6 +31,10 @@ class AxisGuard {
   void OrderedStop(std::chrono::nanoseconds time);
   /// It has no power any more, or its place is known anew: rests from now on.
   void Rests(std::chrono::nanoseconds time);
+  /// It gets power where it rests: however long ago it was last read, it must still be there.
+  void Powered(std::chrono::nanoseconds time);
+  /// Where it is is not known any more.
+  void Forget(std::chrono::nanoseconds time);
 
   /// The first thing that is wrong with a reading, which must be fresh and later than the last one.
   std::optional<ScanCause> Judge(const AxisPosition& position);
@@ -64,6 +68,7 @@ class AxisGuard {
   std::optional<double> rest_mm_;    ///< Where it came to rest.
   std::deque<Reading> readings_;     ///< Of the last 100 ms.
   bool homed_ = false;
+  std::optional<double> powered_from_mm_;  ///< Where it rested when it got power, until the next reading.
 };
 
 }  // namespace annulus

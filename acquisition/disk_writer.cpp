@@ -36,9 +36,10 @@ struct DiskWriter::State {
   std::deque<std::vector<std::byte>> queue;
   DiskState disk;
   std::optional<nanoseconds> call_since;  ///< A call of the disk is going on.
-  std::optional<Error> overflow;   ///< The queue was full: final for the caller, but what is queued is still written.
-  std::uint64_t sync_wish = 0;     ///< Number of the newest wish for a sync.
-  std::uint64_t sync_granted = 0;  ///< All wishes up to this one are fulfilled.
+  std::optional<Error> overflow;  ///< The queue was full: final for the caller, but what is queued is still written.
+  std::optional<std::uint64_t> settling;  ///< Blocks that were appended when somebody began to settle.
+  std::uint64_t sync_wish = 0;            ///< Number of the newest wish for a sync.
+  std::uint64_t sync_granted = 0;         ///< All wishes up to this one are fulfilled.
   bool closed = false;
   std::optional<nanoseconds> inline_time;  ///< kInline: of the newest Tick.
 
@@ -255,9 +256,14 @@ Result<bool> DiskWriter::Settle() {
   }
   const std::lock_guard lock(state_->mutex);
   RETURN_IF_ERROR(state_->FailureLocked());
-  if (state_->disk.synced == state_->disk.appended) return true;
-  // Not while blocks wait: the sync would be done before the last of them, and again after it.
-  if (state_->queue.empty() && state_->sync_wish == state_->sync_granted) {
+  // What is appended between the calls does not count: whoever waits goes on recording, and would never have done.
+  if (!state_->settling) state_->settling = state_->disk.appended;
+  if (state_->disk.synced >= *state_->settling) {
+    state_->settling.reset();
+    return true;
+  }
+  // Not while its blocks wait: the sync would be done before the last of them, and again after it.
+  if (state_->disk.written >= *state_->settling && state_->sync_wish == state_->sync_granted) {
     ++state_->sync_wish;
     state_->work.notify_one();
   }

@@ -66,7 +66,8 @@ class DiskWriter final : public AppendFile {
 
   /// kInline: it is `time` now (the caller's clock); syncs if that is due. kThread: tells the latched failure.
   Status Tick(std::chrono::nanoseconds time);
-  /// Asks for a sync and says whether all is synced. kThread: does not wait.
+  /// Asks for a sync and says whether all is synced that was appended before the first of the calls since it last said
+  /// so. kThread: does not wait.
   Result<bool> Settle();
 
   /// Thread-safe.

@@ -17,7 +17,10 @@ void SensorWatch::Update(const QualityGrid& grid) {
   for (std::size_t column = 0; column < states_.size(); ++column) {
     State& state = states_[column];
     const float value = grid.Radius(level, column);
-    const bool expected = grid.Expected(level, column);
+    // What a stuck sensor repeats is no sign that something lies before the one opposite.
+    const std::size_t opposite = grid.Opposite(column);
+    const bool misled = quality_[opposite].stuck && states_[opposite].same >= kStuckAfter;
+    const bool expected = !misled && grid.Expected(level, column);
     if (expected) ++quality_[column].expected;
     if (std::isnan(value)) {
       state.same = 0;

@@ -158,6 +158,7 @@ struct Source {
   Recording recording;
   Survey survey;
   McapReport report;
+  std::uint64_t skipped_bytes = 0;  ///< Of the seal: no genuine frame.
 };
 
 Result<Source> OpenSource(std::vector<std::byte> bytes, const std::string& name, const KeySource* keys) {
@@ -173,6 +174,7 @@ Result<Source> OpenSource(std::vector<std::byte> bytes, const std::string& name,
     source.seal = Seal{unsealed->key_id, *key, RandomSealedFileId()};
     seal_notes = std::move(unsealed->notes);
     frames_lost = unsealed->frames_lost;
+    source.skipped_bytes = unsealed->skipped_bytes;
     bytes = std::move(unsealed->bytes);
   }
   source.bytes = std::move(bytes);
@@ -212,7 +214,7 @@ RecoverySummary Summarise(const Source& source) {
   summary.messages_lost = report.messages_lost;
   summary.chunks_lost = source.report.chunks_lost;
   summary.frames_lost = report.frames_lost;
-  summary.skipped_bytes = source.report.skipped_bytes;
+  summary.skipped_bytes = source.report.skipped_bytes + source.skipped_bytes;
   summary.unprotected = source.report.unprotected;
   summary.notes = report.notes;
   const auto known = KnownLosses(source.survey);

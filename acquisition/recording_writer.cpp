@@ -96,6 +96,7 @@ struct RecordingWriter::State {
   std::array<nanoseconds, kRecordingChannels.size() + 1> newest{};  ///< By stream.
   std::vector<std::uint64_t> level_blocks{};                        ///< Blocks of the file up to each level.
   std::optional<Error> failure{};                                   ///< The first; final.
+  bool settling = false;                                            ///< Somebody waits for the disk.
 
   Status Latch(Status status) {
     if (!status && !failure) failure = status.error();
@@ -245,9 +246,11 @@ Status RecordingWriter::AppendSafety(const SafetyLines& lines) {
 }
 
 Result<bool> RecordingWriter::Settle() {
-  RETURN_IF_ERROR(state_->Flush());
+  // Once is enough: what comes while the disk is waited for goes there in its own time.
+  if (!state_->settling) RETURN_IF_ERROR(state_->Flush());
   auto settled = state_->disk->Settle();
   if (!settled && !state_->failure) state_->failure = settled.error();
+  state_->settling = settled && !*settled;
   return settled;
 }
 

@@ -103,6 +103,25 @@ const char* ScanEventText(ScanEventKind kind) {
   return kTexts.at(static_cast<std::size_t>(kind));
 }
 
+const char* ScanOrderText(ScanEventKind kind) {
+  switch (kind) {
+    case Kind::kHomeOrdered:
+      return "home the axis";
+    case Kind::kArmed:
+      return "arm a scan";
+    case Kind::kStarted:
+      return "start the scan";
+    case Kind::kCancelled:
+      return "cancel";
+    case Kind::kAcknowledged:
+      return "acknowledge";
+    case Kind::kJogOrdered:
+      return "jog the axis";
+    default:
+      return ScanEventText(kind);
+  }
+}
+
 bool ScanMachine::Latched() const {
   return std::any_of(causes_.begin(), causes_.end(), [](const ScanCause& cause) { return !EndsWithReset(cause); });
 }
@@ -136,7 +155,7 @@ Status ScanMachine::MayOrder(ScanEventKind kind) const {
     return Fail("arm a scan", "the axis is not homed", "home it first");
   }
   return Fail(
-      std::string("carry out '") + ScanEventText(kind) + "'",
+      ScanOrderText(kind),
       std::string("the booth is ") + ScanStateText(state_) + (causes_.empty() ? "" : ": " + causes_.front().text),
       WayOn(state_));
 }

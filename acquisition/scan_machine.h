@@ -46,6 +46,8 @@ enum class ScanEventKind {
 };
 inline constexpr std::size_t kScanEventKinds = 18;
 [[nodiscard]] const char* ScanEventText(ScanEventKind kind);
+/// An order as it is given, for messages: "home the axis". Of what is no order, as ScanEventText.
+[[nodiscard]] const char* ScanOrderText(ScanEventKind kind);
 
 /// Times of the machine, on the host's clock.
 namespace scan_time {
@@ -53,6 +55,7 @@ inline constexpr std::chrono::milliseconds kTick{10};               ///< The con
 inline constexpr std::chrono::milliseconds kStopLateAfter{300};     ///< Then the quick-stop line demands it.
 inline constexpr std::chrono::milliseconds kStopOverdueAfter{500};  ///< Then enable is dropped.
 inline constexpr std::chrono::seconds kArmedFor{60};
+inline constexpr std::chrono::seconds kStartAgreed{10};  ///< So long whoever pressed the start key awaits the start.
 inline constexpr std::chrono::seconds kHomingFor{95};
 inline constexpr std::chrono::milliseconds kJogBeat{100};
 }  // namespace scan_time

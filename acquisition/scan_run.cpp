@@ -104,6 +104,7 @@ class ScanRun {
 Status ScanRun::Perform() {
   RETURN_IF_ERROR(Tell(bus_record::ScanBegun{PlanJson(plan_)}));
   task_.Report("check the ring", 0, 1);
+  if (Stopping()) return {};
   RETURN_IF_ERROR(ProveRing());
   if (Stopping()) return {};
   RETURN_IF_ERROR(axis_.Enable());

@@ -61,6 +61,7 @@ class ScanSink {
     return {};
   }
   /// Nothing more comes of the plan: brings all of it to the disk. False: not there yet, call again. Never waits.
+  /// Raw bytes and positions that come between the calls do not count.
   virtual Result<bool> Settle() { return true; }
 };
 

@@ -95,7 +95,7 @@ Status Scanner::State::HandleLocked(const ScanEvent& event) {
 void Scanner::State::Fault(const ScanCause& cause) {
   ScanEvent event;
   event.kind = ScanEventKind::kFaulted;
-  event.time = devices.clock.Now();
+  event.time = clock.Now();  // not the worker's: looking at that is a sign of life, and the control thread faults, too
   event.cause = cause;
   const std::scoped_lock lock(mutex);
   switch (cause.code) {
@@ -120,7 +120,7 @@ Status Scanner::State::Order(Job job, const ScanEvent& event) {
   RETURN_IF_ERROR(machine.MayOrder(event.kind));
   if (!relay_tested) return relay_tested;  // nothing stops the machine if the program dies
   if (order != Job::kNone || running != Job::kNone) {
-    return Fail(std::string("carry out '") + ScanEventText(event.kind) + "'",
+    return Fail(ScanOrderText(event.kind),
                 std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
                 "wait a moment, then try again");
   }
@@ -199,6 +199,7 @@ Status Scanner::State::Acknowledge(CauseRole role) {
   }
   job_stop = std::stop_source();
   order = Job::kRecover;
+  acknowledged_causes = machine.causes().size();
   request.reset();
   return {};
 }
@@ -222,6 +223,8 @@ ScannerStatus Scanner::State::Report() const {
   status.total = total;
   status.z_mm = position.z.value();
   status.start_presses = start_presses;
+  status.start_agreed = machine.state() == ScanState::kArmed && start_presses > 0 &&
+                        start_version == machine.version() && clock.Now() - start_pressed_at <= scan_time::kStartAgreed;
   status.quality = live;
   status.arm = arm_report;
   status.scan = result;

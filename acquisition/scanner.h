@@ -72,6 +72,7 @@ struct ScannerStatus {
   double done = 0.0;                   ///< Of `total` units of the stage.
   double total = 0.0;
   std::uint64_t start_presses = 0;           ///< Of the start key at the booth, since the program started.
+  bool start_agreed = false;                 ///< Pressed since this was armed, and not longer ago than kStartAgreed.
   double z_mm = 0.0;                         ///< Carriage; meaningless unless homed.
   std::optional<LiveQuality> quality;        ///< Of the scan that runs, level by level.
   std::optional<ArmReport> arm;              ///< Of the last order to arm.

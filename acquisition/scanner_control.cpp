@@ -56,13 +56,16 @@ std::optional<CauseCode> CodeOf(InterlockFault fault) {
 
 void Scanner::State::Tick() {
   const nanoseconds now = clock.Now();
-  if (broken) {
+  if (const auto why = WhyBroken()) {
     ScanEvent event;
     event.kind = ScanEventKind::kAwoke;  // SAFE, whatever it was
     event.time = now;
-    event.cause = {*broken, *broken == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
+    event.cause = {*why, *why == CauseCode::kMemory ? "the program ran out of memory" : "a bug of this program",
                    "press the reset button and acknowledge; if it happens again, restart the program", now};
     static_cast<void>(Handle(event));
+    event.kind = ScanEventKind::kFaulted;  // and say why, whatever it was
+    static_cast<void>(Handle(event));
+    const std::scoped_lock lock(mutex);
     broken.reset();
   }
   JudgeTickTime(now);
@@ -75,7 +78,7 @@ void Scanner::State::Tick() {
   JudgeWorker(now);
   SetLines();
   LogLines(now);
-  // A dead worker does not stop the beats at rest: nothing is enabled then, and the lamps and the log go on.
+  // Both threads have to live: a program that is half dead must not keep the relay in.
   bool beats = true;
   {
     const std::scoped_lock lock(mutex);
@@ -128,9 +131,17 @@ void Scanner::State::JudgeWallClock(nanoseconds now) {
   Warn("the computer's wall clock was set by " + std::to_string(jump / milliseconds(1)) + " ms");
 }
 
+std::optional<CauseCode> Scanner::State::WhyBroken() const {
+  const std::scoped_lock lock(mutex);
+  return broken;
+}
+
 void Scanner::State::BreakTick(CauseCode code) noexcept {
   // Without a beat from now on until a tick comes to its end: the relay drops if none does.
-  broken = broken.value_or(code);
+  {
+    const std::scoped_lock lock(mutex);
+    broken = broken.value_or(code);
+  }
   try {
     static_cast<void>(devices.interlock.MakeSafe());
   } catch (...) {
@@ -148,7 +159,11 @@ void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanosecond
   const bool latched = !read || read->latched;
   if (read) {
     reading = *read;
-    if (read->start_pressed) ++start_presses;
+    if (read->start_pressed) {
+      ++start_presses;
+      start_version = machine.version();
+      start_pressed_at = now;
+    }
     if (!read->reset_refused.empty()) NoteLocked(now, "reset refused: " + read->reset_refused);
   } else {
     reading.held_by = read.error().seen;
@@ -165,8 +180,8 @@ void Scanner::State::JudgeChain(const Result<InterlockReading>& read, nanosecond
       told = true;
     }
     if (!told && machine.state() != ScanState::kSafe) {
-      event.cause = {CauseCode::kChainOpen, reading.held_by, "end the demand to stop, then press the reset button",
-                     now};
+      event.cause = {CauseCode::kChainOpen, reading.held_by,
+                     "pull the emergency stop out, shut the door or leave the limit, then press the reset button", now};
       event.cause.ends_with_reset = true;
       static_cast<void>(HandleLocked(event));
     }
@@ -233,7 +248,8 @@ void Scanner::State::JudgeWorker(nanoseconds now) {
     const std::scoped_lock lock(mutex);
     if (!beat) return;
     silent = now - *beat;
-    moving = machine.may_move() || machine.state() == ScanState::kStopping;
+    // Once the drive is disabled the brake may still be closing, while the worker is with the disk already.
+    moving = machine.may_move() || (machine.state() == ScanState::kStopping && powered);
     worker_dead = silent > (moving ? nanoseconds(kWorkerSilence) : nanoseconds(kWorkerSilenceAtRest));
     if (!worker_dead) return;
   }
@@ -247,7 +263,9 @@ void Scanner::State::SetLines() {
   {
     const std::scoped_lock lock(mutex);
     wanted = machine.Lines();
-    wanted.emitters = wanted.emitters || proving;
+    // The checks before a scan end with what they were made for, even if the worker does not know it yet.
+    const bool may_prove = machine.state() == ScanState::kIdle || machine.state() == ScanState::kArmed;
+    wanted.emitters = wanted.emitters || (proving && may_prove);
     // Nobody brings the axis to rest any more: the quick stop does, and the enable relay's contacts after it.
     if (worker_dead) wanted.enable = wanted.quick_stop = wanted.emitters = false;
   }

@@ -22,9 +22,11 @@ constexpr milliseconds kContacts{30};    ///< From the relay's feedback to the d
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
 constexpr std::uint64_t kScansOfSpace = 5;
-constexpr milliseconds kReopenPatience{300};  ///< One attempt to find lost devices, in the background.
+constexpr std::chrono::seconds kSettlePatience{9};  ///< With the disk, after the last level.
+constexpr milliseconds kReopenPatience{300};        ///< One attempt to find lost devices, in the background.
 constexpr milliseconds kReopenPause{500};
 constexpr std::chrono::seconds kRecoverPatience{5};
+constexpr std::chrono::seconds kArmPatience{2};  ///< The same, when a scan is wanted.
 /// A wall clock before this was never set.
 constexpr nanoseconds kClockSane = std::chrono::seconds(946'684'800);
 
@@ -32,6 +34,12 @@ std::string Joined(const std::vector<std::string>& reasons) {
   std::string text;
   for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;
+}
+
+/// What stopped a scan if neither a device nor the disk has told it: stamps that cannot be, or a bug.
+CauseCode CodeOf(const Error& error) {
+  const bool of_a_board = error.seen.find("ring board") != std::string::npos;
+  return of_a_board ? CauseCode::kSensorData : CauseCode::kInternal;
 }
 
 /// Longest that a scan of this plan can take, from the start key to the last level on the disk.
@@ -67,19 +75,46 @@ void Scanner::State::Step() {
       Run(job);
     }
   } catch (const std::bad_alloc&) {
-    Break(job, CauseCode::kMemory, "the program ran out of memory", "restart the program");
+    Break(job, CauseCode::kMemory, "the program ran out of memory");
   } catch (const std::exception& error) {
-    Break(job, CauseCode::kInternal, std::string("a bug of this program: ") + error.what(),
-          "report this, with the log");
+    Break(job, CauseCode::kInternal, error.what());
   }
   const std::scoped_lock lock(mutex);
   running = Job::kNone;
+  proving = false;  // also after an exception
 }
 
-void Scanner::State::Break(Job job, CauseCode code, const std::string& text, const std::string& advice) {
-  Fault({code, text, advice, clock.Now()});
-  StopHard();
-  if (job == Job::kScan && writer) Conclude(Fail("scan", text, advice));
+void Scanner::State::Break(Job job, CauseCode code, const char* what) noexcept {
+  const char* advice = code == CauseCode::kMemory ? "restart the program" : "report this, with the log";
+  try {
+    Fault({code, what, advice, clock.Now()});
+    StopHard();
+    if (job == Job::kScan && writer) ConcludeBroken({"scan", what, advice});
+  } catch (...) {
+    // The control thread makes everything safe.
+    const std::scoped_lock lock(mutex);
+    broken = broken.value_or(code);
+  }
+}
+
+void Scanner::State::ConcludeBroken(const Error& error) {
+  try {
+    return Conclude(tl::unexpected<Error>(error));
+  } catch (const std::exception&) {
+    // It broke off while the recording was ended: what is on the disk stays as it is.
+  }
+  if (devices.tap != nullptr) devices.tap->Detach();
+  ScanResult ended;
+  ended.number = scan_number;
+  ended.plan = plan;
+  ended.status = tl::unexpected<Error>(error);
+  if (writer) {
+    ended.recorded = writer->level_count() > 0;
+    ended.recording = writer->temporary_path();
+    writer.reset();
+  }
+  const std::scoped_lock lock(mutex);
+  result = std::move(ended);
 }
 
 void Scanner::State::Run(Job job) {
@@ -106,14 +141,12 @@ void Scanner::State::Idle() {
   bool lost = false;
   {
     const std::scoped_lock lock(mutex);
-    lost = device_lost;
+    // A ring that is lost in IDLE is looked for when a scan is wanted: until then the axis is watched without a gap.
+    lost = device_lost && machine.state() != ScanState::kIdle;
     if (machine.state() != ScanState::kArmed) armed_longest = nanoseconds(0);
   }
   if (writer && state() != ScanState::kArmed && state() != ScanState::kScanning) {
-    // Armed in vain: nothing was taken.
-    if (devices.tap != nullptr) devices.tap->Detach();
-    writer->Discard();
-    writer.reset();
+    DropRecording();  // armed in vain: nothing was taken
   }
   if (lost && now >= next_reopen) {
     next_reopen = now + kReopenPause;
@@ -121,9 +154,7 @@ void Scanner::State::Idle() {
   } else if (!lost) {
     static_cast<void>(axis.Position());  // told to the machine if it fails
   }
-  if (const Status kept = DrainLogs(); !kept) {
-    Fault({CauseCode::kStorage, kept.error().attempted + ": " + kept.error().seen, kept.error().advice, now});
-  }
+  static_cast<void>(DrainLogs());  // told to the machine, too
   devices.clock.SleepUntil(now + scan_time::kTick);
 }
 
@@ -241,10 +272,7 @@ void Scanner::State::Arm() {
     armed = std::move(*request);
     request.reset();
   }
-  if (writer) {
-    writer->Discard();
-    writer.reset();
-  }
+  DropRecording();
   ArmReport report;
   const Status passed = Check(report);
   ScanEvent event;
@@ -252,10 +280,21 @@ void Scanner::State::Arm() {
   event.time = devices.clock.Now();
   const std::scoped_lock lock(mutex);
   arm_report = std::move(report);
-  if (!passed || Stopping()) return;
+  if (!passed || Stopping()) {
+    // What was armed before is given up: its recording is gone.
+    event.kind = ScanEventKind::kCancelled;
+    if (machine.state() == ScanState::kArmed) static_cast<void>(HandleLocked(event));
+    return;
+  }
   // What is armed is told before the state is, so that nobody starts something else.
   armed_longest = LongestOf(plan, axis.identity().limits);
   if (!HandleLocked(event)) armed_longest = nanoseconds(0);
+}
+
+void Scanner::State::DropRecording() {
+  if (devices.tap != nullptr) devices.tap->Detach();
+  if (writer) writer->Discard();
+  writer.reset();
 }
 
 Status Scanner::State::Check(ArmReport& report) {
@@ -314,6 +353,13 @@ Status Scanner::State::Check(ArmReport& report) {
 }
 
 Status Scanner::State::ProveRing() {
+  bool lost = false;
+  {
+    const std::scoped_lock lock(mutex);
+    lost = device_lost;
+  }
+  // A board may have been unplugged, or have restarted, since the last scan.
+  if (lost) RETURN_IF_ERROR(ReopenDevices(kArmPatience));
   {
     const std::scoped_lock lock(mutex);
     proving = true;
@@ -328,12 +374,14 @@ Status Scanner::State::ProveRing() {
     return {};
   };
   Status proved = prove();
+  const RingTrouble trouble = proved ? RingTrouble::kNone : devices.ring.trouble();
   if (devices.ring.state() != RangeRing::State::kIdle) {
     const Status stopped = devices.ring.Stop();
     if (proved) proved = stopped;
   }
   const std::scoped_lock lock(mutex);
   proving = false;
+  if (trouble != RingTrouble::kNone && trouble != RingTrouble::kOrder) device_lost = true;
   return proved;
 }
 
@@ -405,10 +453,17 @@ void Scanner::State::Search() {
   event.time = devices.clock.Now();
   const std::scoped_lock lock(mutex);
   static_cast<void>(HandleLocked(event));
+  if (!found.status && !machine.causes().empty()) {
+    const ScanCause& cause = machine.causes().front();
+    found.status = Fail("find the subject's top", cause.text, cause.advice);
+  }
   result = std::move(found);
 }
 
-void Scanner::State::Scan() { Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task())); }
+void Scanner::State::Scan() {
+  settling_since.reset();
+  Conclude(RunScan(ring, axis, plan, *this, devices.clock, Task()));
+}
 
 void Scanner::State::Conclude(Result<ScanSummary> summary) {
   ScanResult ended;
@@ -426,8 +481,8 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({CauseCode::kInternal, summary.error().attempted + ": " + summary.error().seen, summary.error().advice,
-             devices.clock.Now()});
+      Fault({settling_since ? CauseCode::kStorage : CodeOf(summary.error()),
+             summary.error().attempted + ": " + summary.error().seen, summary.error().advice, devices.clock.Now()});
     }
   }
   if (state() == ScanState::kStopping || state() == ScanState::kScanning) StopHard();
@@ -439,7 +494,8 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.status = {};
     ended.summary.cancelled = true;
   }
-  if (ended.status && !machine.causes().empty()) {
+  // The first cause is why it ended, whatever failed of it next.
+  if (!machine.causes().empty()) {
     const ScanCause& cause = machine.causes().front();
     ended.status = Fail("scan", cause.text, cause.advice);
     ended.complete = false;
@@ -460,7 +516,7 @@ void Scanner::State::EndRecording(ScanResult& ended) {
   }
   ended.quality = quality->Assess();
   static_cast<void>(writer->AppendEvent(devices.clock.Now(), "quality: " + JsonFromQuality(*ended.quality)));
-  const Status finished = writer->Finish();
+  const Status finished = Kept(writer->Finish());
   ended.recorded = true;
   if (finished) {
     ended.complete = levels + ended.summary.missing_levels == plan.TotalLevels() && ended.summary.missing_levels == 0;
@@ -480,15 +536,23 @@ Status Scanner::State::DrainLogs() {
     texts.swap(notes);
     lines.swap(lines_log);
   }
-  for (const auto& [time, text] : texts) RETURN_IF_ERROR(writer->AppendEvent(time, text));
-  for (const SafetyLines& one : lines) RETURN_IF_ERROR(writer->AppendSafety(one));
-  if (devices.tap != nullptr) return devices.tap->status();
+  for (const auto& [time, text] : texts) RETURN_IF_ERROR(Kept(writer->AppendEvent(time, text)));
+  for (const SafetyLines& one : lines) RETURN_IF_ERROR(Kept(writer->AppendSafety(one)));
+  if (devices.tap != nullptr) return Kept(devices.tap->status());
   return {};
+}
+
+Status Scanner::State::Kept(Status status) {
+  if (!status) {
+    const Error& error = status.error();
+    Fault({CauseCode::kStorage, error.attempted + ": " + error.seen, error.advice, clock.Now()});
+  }
+  return status;
 }
 
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(DrainLogs());
-  RETURN_IF_ERROR(writer->AppendLevel(level));
+  RETURN_IF_ERROR(Kept(writer->AppendLevel(level)));
   if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
   return JudgeQuality(level);
@@ -504,29 +568,37 @@ Status Scanner::State::JudgeQuality(const ScanLevel& level) {
   if (now.sensors_verdict != SensorsVerdict::kRefuse) return {};
   std::string dead;
   for (const std::size_t sensor : now.dead) dead += (dead.empty() ? "" : ", ") + std::to_string(sensor);
-  const Error error{"scan", "too many sensors see nothing: " + dead,
-                    "clean their windows; if that does not help, have the boards looked at"};
-  Fault({CauseCode::kSensorsDead, error.seen, error.advice, devices.clock.Now()});
-  return tl::unexpected<Error>(error);
+  // The level itself is recorded and counts; the cause stops the scan.
+  Fault({CauseCode::kSensorsDead, "too many sensors see nothing: " + dead,
+         "clean their windows; if that does not help, have the boards looked at", devices.clock.Now()});
+  return {};
 }
 
-Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return writer->AppendAxis(time, z_mm); }
+Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return Kept(writer->AppendAxis(time, z_mm)); }
 
 Status Scanner::State::AppendEvent(nanoseconds time, const std::string& text) {
-  return writer->AppendEvent(time, text);
+  return Kept(writer->AppendEvent(time, text));
 }
 
 Status Scanner::State::AppendRaw(RawRecord record) {
   // Without taps nothing could be replayed.
-  return devices.tap == nullptr ? Status{} : writer->AppendRaw(std::move(record));
+  return devices.tap == nullptr ? Status{} : Kept(writer->AppendRaw(std::move(record)));
 }
 
 Result<bool> Scanner::State::Settle() {
   auto settled = writer->Settle();
-  if (!settled || !*settled) return settled;
+  if (!settled) static_cast<void>(Kept(Fail(settled)));
+  if (!settled) return settled;
+  const nanoseconds now = devices.clock.Now();
+  if (!settling_since) settling_since = now;
+  if (!*settled && now - *settling_since > kSettlePatience) {
+    return Fail(Kept(Fail("bring the scan to the disk", "the disk did not take it in time",
+                          "check the disk; what it has taken is kept")));
+  }
+  if (!*settled) return false;
   ScanEvent event;
   event.kind = ScanEventKind::kLastLevel;
-  event.time = devices.clock.Now();
+  event.time = now;
   RETURN_IF_ERROR(Handle(event));
   return true;
 }
@@ -566,6 +638,7 @@ void Scanner::State::Recover() {
   event.role = CauseRole::kService;  // whoever acknowledged was asked for the role when the order was taken
   const std::scoped_lock lock(mutex);
   event.time = clock.Now();
+  if (machine.causes().size() != acknowledged_causes) return;  // something new, which nobody has seen yet
   warnings.clear();
   static_cast<void>(HandleLocked(event));
 }
@@ -592,9 +665,13 @@ Status Scanner::State::AwaitPower() {
       const bool on = reading[In::kEnableFeedback] && enable_ordered;
       if (!on) ready = nanoseconds::max();
       if (on && ready == nanoseconds::max()) ready = clock.Now() + kContacts;
+      if (clock.Now() >= ready) {
+        // Together with the look at the state: a stop that comes next waits until the power is off again.
+        powered = true;
+        return {};
+      }
     }
     const nanoseconds now = devices.clock.Now();
-    if (now >= ready) return {};
     if (now >= deadline) {
       const Error error{"give the axis power", "the enable relay did not pull in",
                         "check the safety chain, then press the reset button"};

@@ -49,6 +49,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Tick();
   /// A tick that ended with an exception: outputs off, and the machine SAFE as soon as it can be told.
   void BreakTick(CauseCode code) noexcept;
+  [[nodiscard]] std::optional<CauseCode> WhyBroken() const;
   void JudgeTickTime(std::chrono::nanoseconds now);
   void JudgeWallClock(std::chrono::nanoseconds now);
   void JudgeChain(const Result<InterlockReading>& reading, std::chrono::nanoseconds now);
@@ -65,12 +66,15 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Step();
   void Run(Job job);
   /// After an exception in a job: everything stopped, the recording ended with what it has.
-  void Break(Job job, CauseCode code, const std::string& text, const std::string& advice);
+  void Break(Job job, CauseCode code, const char* what) noexcept;
+  void ConcludeBroken(const Error& error);
   void Idle();
   Status Home();
   /// Waits until the home switch is found; success also when a stop is asked for.
   Status SeekHome();
   void Arm();
+  /// What was armed is not scanned: nothing of it is kept.
+  void DropRecording();
   Status Check(ArmReport& report);
   Status ProveRing();
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
@@ -90,6 +94,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void StopHard();
   /// What the control thread has written down goes into the recording, if there is one.
   Status DrainLogs();
+  /// Tells the machine of a recording that cannot be written, and passes it on.
+  Status Kept(Status status);
   [[nodiscard]] TaskContext Task();
   [[nodiscard]] bool Stopping() const { return job_stop_token.stop_requested(); }
 
@@ -121,13 +127,16 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   ScanMachine machine;
   Job order = Job::kNone;  ///< Waits for the worker.
   Job running = Job::kNone;
-  std::optional<ArmRequest> request;  ///< Of the order to arm.
+  std::optional<ArmRequest> request;    ///< Of the order to arm.
+  std::size_t acknowledged_causes = 0;  ///< So many there were when somebody acknowledged them.
   JogDirection jog_direction = JogDirection::kUp;
   std::optional<std::chrono::nanoseconds> last_jog_call;  ///< A key that is held down is not pressed.
   std::stop_source job_stop;
   InterlockReading reading;
   std::vector<InterlockNotice> notices;
   std::uint64_t start_presses = 0;
+  std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
+  std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
   std::string stage;
   double done = 0.0;
@@ -149,6 +158,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::deque<SafetyLines> lines_log;
   std::optional<std::chrono::nanoseconds> beat;  ///< The worker's last sign of life.
   bool worker_dead = false;
+  std::optional<CauseCode> broken;                 ///< Why a tick or a job broke off; the machine is still to be told.
   std::optional<std::chrono::nanoseconds> ticked;  ///< When the control thread ticked last.
   Status relay_tested = Fail("test the watchdog relay", "not tested since the program started", "restart the program");
   std::chrono::nanoseconds longest_tick{0};
@@ -161,7 +171,6 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::optional<std::chrono::nanoseconds> brake_closed_since;
   std::optional<SafetyLines> last_lines;
   std::optional<std::chrono::nanoseconds> wall_offset;  ///< Of the wall clock against the host's.
-  std::optional<CauseCode> broken;                      ///< Why a tick broke off; the machine is still to be told.
 
   // Worker thread only.
   std::stop_token job_stop_token;
@@ -170,6 +179,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   ArmRequest armed;
   ScanPlan plan;
   std::uint64_t scan_number = 0;
+  std::optional<std::chrono::nanoseconds> settling_since;  ///< All levels are taken; the disk has not all of them yet.
   std::chrono::nanoseconds next_reopen{0};
 };
 

@@ -123,6 +123,7 @@ class UnsealPass {
       while (found < file_.size() && !(length = Open(found))) found = Search(found + 1);
       Note(at, found == file_.size() ? "the file ends within a sealed frame, or damaged"
                                      : "a sealed frame is damaged; skipped " + std::to_string(found - at) + " bytes");
+      out_.skipped_bytes += found - at;
       at = found + length.value_or(0);
     }
     return std::move(out_);

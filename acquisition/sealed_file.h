@@ -75,6 +75,7 @@ struct Unsealed {
   bool first_frame = false;          ///< The first frame is among them.
   std::uint64_t frames = 0;          ///< Found.
   std::uint64_t frames_lost = 0;     ///< Known from gaps in their numbers.
+  std::uint64_t skipped_bytes = 0;   ///< Of the file, between frames or behind the last: no genuine frame.
   std::vector<std::uint64_t> sizes;  ///< Of each frame found, bytes.
   std::vector<std::string> notes;    ///< One line per damage, with its place; at most kMaxNotes.
   static constexpr std::size_t kMaxNotes = 100;

@@ -35,7 +35,7 @@ Status SupervisedAxis::Enable() {
   RETURN_IF_ERROR(supervisor_.MayMove());
   RETURN_IF_ERROR(supervisor_.AwaitPower());
   supervisor_.OnPower(true);
-  guard_.Rests(clock_.Now());
+  guard_.Powered(clock_.Now());
   return Judge(axis_.Enable());
 }
 
@@ -94,7 +94,7 @@ Status SupervisedAxis::Verify() { return Judge(axis_.Verify()); }
 
 Status SupervisedAxis::Reopen(nanoseconds deadline) {
   Status reopened = axis_.Reopen(deadline);
-  guard_.Rests(clock_.Now());
+  guard_.Forget(clock_.Now());
   if (reopened) supervisor_.OnPower(false);
   return reopened;
 }

@@ -180,8 +180,14 @@ Result<std::unique_ptr<AppendFile>> PosixStorage::OpenDevice(const std::string& 
 
 Status PosixStorage::CreateFolder(const std::string& path) {
   std::error_code error;
+  std::vector<std::string> missing;
+  for (std::filesystem::path at(path); !at.empty() && !std::filesystem::exists(at, error); at = at.parent_path()) {
+    missing.push_back(at.string());
+  }
   std::filesystem::create_directories(path, error);
   if (error) return FailErrno("create folder " + path, error.value());
+  // A recording is as durable as the names of all folders that it lies in.
+  for (auto made = missing.rbegin(); made != missing.rend(); ++made) RETURN_IF_ERROR(SyncFolderOf(*made));
   return {};
 }
 

@@ -169,7 +169,7 @@ class GpioInterlock final : public Interlock {
   }
 
   tl::unexpected<Error> LinesFailed(const Error& error) {
-    Raise(InterlockFault::kLinesFailed, error.seen, error.advice);
+    Raise(InterlockFault::kLinesFailed, error.attempted + ": " + error.seen, error.advice);
     waited_for_.reset();
     (void)Hold(error.seen);
     return tl::unexpected<Error>(error);

@@ -188,8 +188,10 @@ Status ModbusScanAxis::Identify() {
   const DriveReply answer = dialogue_.ReadAgain(map_.IdentityBlock());
   if (!answer) return NoReply("identify the axis drive", answer.error());
   trouble_ = AxisTrouble::kParameters;
-  parameters_ = ParseDriveParameters(answer->registers, map_);
-  return CheckDriveParameters(parameters_, options_);
+  const DriveParameters read = ParseDriveParameters(answer->registers, map_);
+  RETURN_IF_ERROR(CheckDriveParameters(read, options_));
+  parameters_ = read;  // what is refused is nothing to compare with later
+  return {};
 }
 
 Status ModbusScanAxis::CheckParameters() {

@@ -17,7 +17,7 @@ const char* UsbStatusText(UsbStatus status) {
     case UsbStatus::kOverflow:
       return "the device sent more than was asked for";
     case UsbStatus::kNoMemory:
-      return "no memory for USB transfers (usbfs_memory_mb)";
+      return "no memory for USB transfers";
     case UsbStatus::kNoAccess:
       return "no permission";
     case UsbStatus::kBusy:

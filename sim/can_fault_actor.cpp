@@ -164,6 +164,12 @@ void CanFaultActor::End(std::size_t number, const Fault& fault, nanoseconds time
     holding_.Remove(number);
     return Rebuild();
   }
+  if (fault.kind == Kind::kCanErrorStates) {
+    // A controller says so when it is well again.
+    CanReport well;
+    well.state = CanState::kErrorActive;
+    for (const std::size_t bus : BusesOf(fault)) faulty_[bus]->ReportAt(time, well);
+  }
   // Buses and boards were told at the beginning, if the end was known then.
   if (EndsInTime(fault)) return;
   switch (fault.kind) {

@@ -76,6 +76,15 @@ void FaultInjector::Poll() {
   polling_ = false;
 }
 
+void FaultInjector::Disarm() {
+  Poll();
+  for (const std::size_t fault : schedule_.Disarm()) {
+    if (FaultActor* actor = ActorOf(TraitsOf(plan_.faults[fault].kind).target); actor == &storage_) {
+      storage_.End(fault, plan_.faults[fault], clock_.Now());
+    }
+  }
+}
+
 FaultActor* FaultInjector::ActorOf(FaultTarget target) {
   switch (target) {
     case FaultTarget::kUsb:

@@ -63,7 +63,7 @@ class FaultInjector {
     return gpio_.Wrap(std::move(lines));
   }
   /// A faulty disk over `storage`, which is borrowed. It lives as long as the injector. Thread-safe if `storage` is. A
-  /// slow sync lets the time pass if the injector's own thread asks for it; another thread waits until that has passed.
+  /// slow sync lets the time pass if a thread that simulates asks for it; another one waits until that has passed.
   [[nodiscard]] Storage& WrapStorage(Storage& storage);
   /// `clock` with a wall clock that jumps. Lives as long as the injector, borrows the clock.
   [[nodiscard]] Clock& WrapClock(Clock& clock);
@@ -76,6 +76,10 @@ class FaultInjector {
   void Poll();
   /// To be asked at every tick: polls, and says how the host is.
   [[nodiscard]] HostCondition host();
+  /// The calling thread lets the time pass from now on, beside the injector's own: a slow disk takes its time in it.
+  void SimulateHere() { storage_.SimulateHere(); }
+  /// What has not been told to anybody yet does not happen any more; what has begun ends as planned.
+  void Disarm();
   /// A new program has been started after a kill.
   void Revive() { killed_ = false; }
 

@@ -89,7 +89,7 @@ std::vector<FaultSchedule::Step> FaultSchedule::Take(nanoseconds now) {
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     const Fault& fault = plan_.faults[i];
     Run& run = runs_[i];
-    if (!run.from) continue;
+    if (!run.from || run.disarmed) continue;
     if (fault.lasting && !run.to) run.to = *run.from + *fault.lasting;
     if (run.to && *run.to <= *run.from) run.to = *run.from + nanoseconds(1);
     const bool ahead = GivenAhead(fault.kind);
@@ -111,6 +111,16 @@ std::vector<FaultSchedule::Step> FaultSchedule::Take(nanoseconds now) {
   return steps;
 }
 
+std::vector<std::size_t> FaultSchedule::Disarm() {
+  std::vector<std::size_t> disarmed;
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    if (runs_[i].told) continue;
+    runs_[i].disarmed = true;
+    disarmed.push_back(i);
+  }
+  return disarmed;
+}
+
 void FaultSchedule::Log(std::size_t fault, nanoseconds time, bool begins) {
   FaultEvent event{time, fault, begins, FaultText(plan_.faults[fault])};
   const auto after = std::upper_bound(log_.begin(), log_.end(), event,
@@ -120,6 +130,7 @@ void FaultSchedule::Log(std::size_t fault, nanoseconds time, bool begins) {
 
 bool FaultSchedule::finished() const {
   for (std::size_t i = 0; i < runs_.size(); ++i) {
+    if (runs_[i].disarmed) continue;
     if (!runs_[i].begun || (Ends(i) && !runs_[i].ended)) return false;
   }
   return true;

@@ -44,6 +44,9 @@ class FaultSchedule {
   /// This fault has begun by itself.
   void NoteBegun(std::size_t fault, std::chrono::nanoseconds now);
 
+  /// What nobody was told of yet does not happen any more, nor is it waited for. Returns their numbers.
+  std::vector<std::size_t> Disarm();
+
   /// What is to be done now.
   struct Step {
     std::size_t fault = 0;
@@ -57,7 +60,7 @@ class FaultSchedule {
 
   /// What has happened, in the order of time.
   [[nodiscard]] const std::vector<FaultEvent>& log() const { return log_; }
-  /// Every fault has begun, and those that end have ended.
+  /// Every fault has begun, and those that end have ended, but for what was disarmed.
   [[nodiscard]] bool finished() const;
 
  private:
@@ -68,6 +71,7 @@ class FaultSchedule {
     bool told = false;
     bool begun = false;
     bool ended = false;
+    bool disarmed = false;
   };
   [[nodiscard]] bool Ends(std::size_t fault) const { return plan_.faults[fault].lasting || plan_.faults[fault].until; }
   void Log(std::size_t fault, std::chrono::nanoseconds time, bool begins);

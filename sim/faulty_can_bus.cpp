@@ -109,18 +109,22 @@ std::optional<nanoseconds> FaultyCanBus::NextScheduled() const {
 }
 
 std::optional<CanReception> FaultyCanBus::TakeScheduled(nanoseconds now) {
-  if (!scheduled_.empty() && scheduled_.begin()->first <= now) {
+  // In the order of time: a bus that nobody has read for a while has several waiting.
+  const auto earliest = [](const Flood& a, const Flood& b) {
+    return (a.next < a.to ? a.next : nanoseconds::max()) < (b.next < b.to ? b.next : nanoseconds::max());
+  };
+  const auto flood = std::min_element(floods_.begin(), floods_.end(), earliest);
+  const bool floods = flood != floods_.end() && flood->next < flood->to && flood->next <= now;
+  const bool one = !scheduled_.empty() && scheduled_.begin()->first <= now;
+  if (one && (!floods || scheduled_.begin()->first <= flood->next)) {
     CanReception first = scheduled_.begin()->second;
     scheduled_.erase(scheduled_.begin());
     return first;
   }
-  for (Flood& flood : floods_) {
-    if (flood.next >= flood.to || flood.next > now) continue;
-    CanReception next{flood.next, flood.what};
-    flood.next += flood.period;
-    return next;
-  }
-  return std::nullopt;
+  if (!floods) return std::nullopt;
+  CanReception next{flood->next, flood->what};
+  flood->next += flood->period;
+  return next;
 }
 
 void FaultyCanBus::ReleaseHeld() {

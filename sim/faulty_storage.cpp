@@ -31,7 +31,7 @@ Status Failure(const std::string& attempted, const Fate& fate) {
 }  // namespace
 
 StorageFaultActor::StorageFaultActor(FaultGround ground, const FaultPlan& plan)
-    : ground_(std::move(ground)), owner_(std::this_thread::get_id()), now_(ground_.clock.Now()) {
+    : ground_(std::move(ground)), simulating_{std::this_thread::get_id()}, now_(ground_.clock.Now()) {
   HoldingFaults times;
   for (std::size_t number = 0; number < plan.faults.size(); ++number) {
     if (TraitsOf(plan.faults[number].kind).target != FaultTarget::kStorage) continue;
@@ -61,6 +61,11 @@ void StorageFaultActor::End(std::size_t number, const Fault&, nanoseconds) {
     entry.ended = true;
   }
   passed_.notify_all();
+}
+
+void StorageFaultActor::SimulateHere() {
+  const std::lock_guard lock(mutex_);
+  simulating_.insert(std::this_thread::get_id());
 }
 
 void StorageFaultActor::Follow() {
@@ -101,7 +106,7 @@ Fate StorageFaultActor::Meet(Call call) {
   for (Entry& entry : entries_) {
     if (!Concerns(entry.fault.kind, call)) continue;
     const FaultTrigger& at = entry.fault.at;
-    if (at.kind == FaultTrigger::Kind::kCall && ++entry.calls == at.number) {
+    if (at.kind == FaultTrigger::Kind::kCall && !entry.ended && ++entry.calls == at.number) {
       entry.holds = true;
       begun_.push_back(entry.number);
     }
@@ -120,9 +125,9 @@ Fate StorageFaultActor::Meet(Call call) {
   return fate;
 }
 
-/// In the thread that simulates, time passes by waiting. Another one waits until that thread has seen it pass.
+/// In a thread that simulates, time passes by waiting. Another one waits until such a thread has seen it pass.
 void StorageFaultActor::WaitSlowly(nanoseconds delay, std::unique_lock<std::mutex>& lock) {
-  if (std::this_thread::get_id() == owner_) {
+  if (simulating_.contains(std::this_thread::get_id())) {
     lock.unlock();
     ground_.clock.SleepUntil(ground_.clock.Now() + delay);
     return;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,6 +33,9 @@ class StorageFaultActor final : public FaultActor {
              std::chrono::nanoseconds to) override;
   void End(std::size_t number, const Fault& fault, std::chrono::nanoseconds time) override;
   void Follow() override;
+
+  /// The calling thread simulates, too: it lets the time pass itself.
+  void SimulateHere();
 
   enum class Call { kCreate, kAppend, kSync, kReserve, kClose, kRead, kRename, kRemove, kFolder, kFreeBytes };
   /// What happens to a call.
@@ -58,7 +62,7 @@ class StorageFaultActor final : public FaultActor {
   void WaitSlowly(std::chrono::nanoseconds delay, std::unique_lock<std::mutex>& lock);
 
   FaultGround ground_;
-  std::thread::id owner_;
+  std::set<std::thread::id> simulating_;
   std::mutex mutex_;
   std::condition_variable passed_;
   std::chrono::nanoseconds now_{0};  ///< As the owner saw the clock last.

@@ -36,7 +36,9 @@ tl::unexpected<Error> ConnectionLost(const std::string& seen) {
 Result<BoothClient> BoothClient::Connect(const std::string& path, const HelloOrder& hello, nanoseconds within) {
   const nanoseconds deadline = SystemClock().Now() + within;
   auto fd = sim::ConnectUnixSocket(path, deadline);
-  if (!fd) return Fail(fd);
+  if (!fd) {
+    return Fail(fd.error().attempted, fd.error().seen, "start 'annulus boothd', or say where it listens with --socket");
+  }
   BoothClient client(std::move(*fd));
   RETURN_IF_ERROR(client.Send(hello, deadline));
   bool welcome = false;

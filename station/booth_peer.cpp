@@ -36,6 +36,7 @@ BoothPeer::BoothPeer(BoothSocket::Connection connection, std::chrono::nanosecond
 void BoothPeer::Receive() {
   std::array<char, kReadBytes> bytes;
   const ssize_t got = ::recv(fd_.get(), bytes.data(), bytes.size(), 0);
+  if (got > 0 && ended_) return;  // thrown away: only our last words are still on their way
   if (got > 0) {
     frames_.Append({bytes.data(), static_cast<std::size_t>(got)});
   } else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
@@ -62,7 +63,7 @@ void BoothPeer::SendText(const std::string& text) {
   Flush();
   if (queue_.size() > booth_limit::kQueueBytes) {
     Log(LogLevel::kWarning, "booth socket: process " + std::to_string(credentials_.pid) + " does not read: dropped");
-    ended_ = true;
+    ended_ = deaf_ = true;
   }
 }
 
@@ -79,6 +80,21 @@ void BoothPeer::Flush() {
     }
   }
   queue_.erase(0, deaf_ ? queue_.size() : written);
+}
+
+bool BoothPeer::finished(std::chrono::nanoseconds now) {
+  if (!ended()) return false;
+  if (gone_ || deaf_ || queue_.empty()) return true;
+  if (!ending_since_) ending_since_ = now;
+  return now - *ending_since_ >= kLastWords;
+}
+
+BoothPeer::~BoothPeer() {
+  if (fd_.get() < 0) return;
+  ::shutdown(fd_.get(), SHUT_RD);
+  char rest[4096];
+  while (::recv(fd_.get(), rest, sizeof rest, MSG_DONTWAIT) > 0) {
+  }
 }
 
 void BoothPeer::End(const std::string& reason) {

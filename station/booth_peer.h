@@ -32,6 +32,11 @@ class RequestBudget {
 class BoothPeer {
  public:
   BoothPeer(BoothSocket::Connection connection, std::chrono::nanoseconds now);
+  BoothPeer(const BoothPeer&) = delete;
+  BoothPeer& operator=(const BoothPeer&) = delete;
+  /// What it has sent and nobody has read is thrown away first: the kernel would otherwise break the connection off,
+  /// and with it our last words.
+  ~BoothPeer();
 
   /// Reads what has come, up to a limit, so that everybody has his turn.
   void Receive();
@@ -48,6 +53,8 @@ class BoothPeer {
   [[nodiscard]] int fd() const { return fd_.get(); }
   /// By us, or by the client; of the latter the requests before are still to be taken.
   [[nodiscard]] bool ended() const { return ended_ || gone_; }
+  /// Ended, and nothing more of it reaches the client: told all, or not listening, or not reading for kLastWords.
+  [[nodiscard]] bool finished(std::chrono::nanoseconds now);
   [[nodiscard]] bool waits_to_write() const { return !queue_.empty(); }
   [[nodiscard]] const PeerCredentials& credentials() const { return credentials_; }
 
@@ -56,6 +63,7 @@ class BoothPeer {
   bool controls = false;
   bool has_jogged = false;
   SubscribeOrder previews{0, 1};
+  static constexpr std::chrono::seconds kLastWords{1};
   RequestBudget budget;
   std::chrono::nanoseconds since;  ///< It connected.
 
@@ -64,9 +72,10 @@ class BoothPeer {
   PeerCredentials credentials_;
   BoothFrameReader frames_{kMaxBoothRequest};
   std::string queue_;
-  bool ended_ = false;  ///< By us.
-  bool gone_ = false;   ///< The client has closed it, and everything that it sent has been read.
-  bool deaf_ = false;   ///< It takes nothing more.
+  std::optional<std::chrono::nanoseconds> ending_since_;  ///< Seen by finished().
+  bool ended_ = false;                                    ///< By us.
+  bool gone_ = false;  ///< The client has closed it, and everything that it sent has been read.
+  bool deaf_ = false;  ///< It takes nothing more.
 };
 
 }  // namespace annulus

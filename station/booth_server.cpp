@@ -277,12 +277,15 @@ void BoothServer::Impl::Reap() {
   for (const auto& peer : peers_) {
     if (!peer->hello && !peer->ended() && now - peer->since > booth_limit::kHelloWithin) peer->End("no hello came");
   }
-  const auto gone = std::stable_partition(peers_.begin(), peers_.end(), [](const auto& p) { return !p->ended(); });
-  for (auto peer = gone; peer != peers_.end(); ++peer) {
+  for (const auto& peer : peers_) {
+    if (!peer->ended() || !peer->controls) continue;
     // Hold to run: whoever held is gone. A scan goes on, with nobody in the way of the next one who takes control.
-    if ((*peer)->controls && (*peer)->has_jogged && port_.status().state == ScanState::kJog) {
-      static_cast<void>(port_.Cancel());
-    }
+    if (peer->has_jogged && port_.status().state == ScanState::kJog) static_cast<void>(port_.Cancel());
+    peer->controls = false;
+  }
+  const auto gone =
+      std::stable_partition(peers_.begin(), peers_.end(), [now](const auto& p) { return !p->finished(now); });
+  for (auto peer = gone; peer != peers_.end(); ++peer) {
     Log(LogLevel::kInfo, "booth socket: process " + std::to_string((*peer)->credentials().pid) + " is gone");
     next_look_ = now;
   }

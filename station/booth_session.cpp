@@ -28,6 +28,10 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   auto ground = DeviceGround::Make(config, storage, options.pace);
   if (!ground) return Fail(ground);
   session->ground_ = std::move(*ground);
+  // First of all: the lines are for one program only, and a second one must not even look at ring and axis.
+  auto interlock = OpenInterlock(config.interlock, *session->ground_);
+  if (!interlock) return Fail(interlock);
+  session->interlock_ = std::move(*interlock);
   auto ring = OpenRing(config.ring, *session->ground_, &session->tap_);
   if (!ring) return Fail(ring);
   session->ring_ = std::move(*ring);
@@ -35,14 +39,18 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   if (!axis) return Fail(axis);
   session->axis_ = std::move(*axis);
   session->tap_.EndPrelude();
-  auto interlock = OpenInterlock(config.interlock, *session->ground_);
-  if (!interlock) return Fail(interlock);
-  session->interlock_ = std::move(*interlock);
   if (config.interlock.simulated) session->operator_ = options.sim_operator;
+  Storage& disk = session->ground_->faults() == nullptr ? storage : session->ground_->faults()->WrapStorage(storage);
+  options.scanner.on_level = [raw = session.get(), told = std::move(options.scanner.on_level)](const ScanLevel& level) {
+    if (sim::FaultInjector* faults = raw->ground_->faults()) faults->NoteLevel(raw->levels_++);
+    if (told) told(level);
+  };
+  // In virtual time the disk is waited for: what a recording holds must not depend on how fast the computer is.
+  if (session->ground_->virtual_time() == nullptr) options.scanner.recording.disk = DiskWriterMode::kThread;
   session->scanner_ =
       std::make_unique<Scanner>(ScannerDevices{*session->ring_.ring, *session->axis_.axis, *session->interlock_,
                                                session->ground_->worker_clock(), &session->tap_},
-                                gate, storage, session->ground_->clock(), std::move(options.scanner));
+                                gate, disk, session->ground_->clock(), std::move(options.scanner));
   // A relay that does not drop is told by the checks before a scan, too: the booth may still be looked at.
   static_cast<void>(session->scanner_->Begin());
   if (InterleavedClock* time = session->ground_->virtual_time()) {
@@ -92,6 +100,16 @@ void BoothSession::RunControl(const std::stop_token& stop) {
 }
 
 void BoothSession::Tick() {
+  if (sim::FaultInjector* faults = ground_->faults()) {
+    faults->NoteState(ScanStateText(scanner_->status().state));
+    const sim::HostCondition host = faults->host();
+    killed_ = killed_ || host.killed;
+    const nanoseconds now = ground_->clock().Now();
+    if (host.late > nanoseconds(0)) late_until_ = std::max(late_until_, now + host.late);
+    stalled_ = host.hangs || killed_;
+    worker_dead_ = stalled_ || host.dead_thread(sim::HostThread::kWorker);
+    if (stalled_ || now < late_until_ || host.dead_thread(sim::HostThread::kControl)) return;
+  }
   scanner_->Tick();
   if (operator_ == SimOperator::kAutomatic) ActForPeople();
   if (watch_ != nullptr && *watch_) (*watch_)(scanner_->status());
@@ -119,7 +137,10 @@ bool BoothSession::RunUntil(const std::function<bool(const ScannerStatus&)>& don
   if (in_virtual_time) watch_ = &watch;
   bool reached = done(scanner_->status());
   while (!reached && clock.Now() < end) {
-    if (in_virtual_time) {
+    if (killed_) break;  // by the plan: the program is no more
+    if (in_virtual_time && worker_dead_) {
+      clock.SleepUntil(clock.Now() + scan_time::kTick);
+    } else if (in_virtual_time) {
       scanner_->Step();
     } else {
       clock.SleepUntil(clock.Now() + scan_time::kTick);

@@ -53,6 +53,9 @@ class BoothSession {
   bool RunUntil(const std::function<bool(const ScannerStatus&)>& done, std::chrono::nanoseconds patience,
                 const Watch& watch = {});
 
+  /// A fault plan has killed the program.
+  [[nodiscard]] bool killed() const { return killed_; }
+
   /// What the control thread could not have of the system, in words ("real-time priority: …"); empty if it has all, or
   /// in virtual time.
   [[nodiscard]] std::string scheduling_note() const;
@@ -72,6 +75,12 @@ class BoothSession {
   std::unique_ptr<Interlock> interlock_;
   std::unique_ptr<Scanner> scanner_;
   SimOperator operator_ = SimOperator::kNobody;
+  std::uint64_t levels_ = 0;  ///< Taken since the session was opened.
+  // What a fault plan does to the host.
+  bool killed_ = false;
+  bool stalled_ = false;
+  bool worker_dead_ = false;
+  std::chrono::nanoseconds late_until_{0};
   std::chrono::nanoseconds next_press_{0};
   const Watch* watch_ = nullptr;  ///< Of the RunUntil that waits in virtual time; null: nobody looks.
   mutable std::mutex note_mutex_;

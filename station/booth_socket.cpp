@@ -181,7 +181,7 @@ std::string DefaultBoothSocket() {
     const std::string text(folder);
     return text.substr(0, text.find(':')) + "/annulus.sock";
   }
-  return "/run/annulus/booth.sock";
+  return "/run/annulus/annulus.sock";
 }
 
 }  // namespace annulus

@@ -52,7 +52,7 @@ class BoothSocket {
 };
 
 /// Where boothd listens unless told otherwise: annulus.sock in $RUNTIME_DIRECTORY (systemd's) or $XDG_RUNTIME_DIR, else
-/// /run/annulus/booth.sock.
+/// /run/annulus/annulus.sock.
 [[nodiscard]] std::string DefaultBoothSocket();
 
 }  // namespace annulus

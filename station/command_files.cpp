@@ -7,6 +7,7 @@
 #include "acquisition/hdf5_writer.h"
 #include "acquisition/recording.h"
 #include "acquisition/recording_recovery.h"
+#include "acquisition/scan_plan.h"
 #include "acquisition/scan_quality.h"
 #include "base/log.h"
 #include "base/sha256.h"
@@ -118,9 +119,11 @@ Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
       z_max = std::max(z_max, reading.z_mm);
     }
   }
+  const auto plan = PlanFromJson(scan.header.plan_json);
   return {{"kind", "recording"},
           {"finished", recording.report.finished},
           {"levels", scan.levels.size()},
+          {"planned_levels", plan ? Json(plan->TotalLevels()) : Json()},
           {"sealed", recording.report.sealed},
           {"recovered", recording.report.recovered},
           {"levels_lost", recording.report.levels_lost},
@@ -266,7 +269,15 @@ std::string InspectionText(Inspection inspection) {
   if (!inspection.quality) return AsText(inspection.json);
   inspection.json.erase("quality");
   inspection.json.erase("verdict");
-  return AsText(inspection.json) + TextFromQuality(*inspection.quality);
+  const Json planned = inspection.json.at("planned_levels");
+  const auto levels = inspection.json.at("levels").get<std::uint64_t>();
+  if (planned.is_null()) inspection.json.erase("planned_levels");
+  std::string text = AsText(inspection.json) + TextFromQuality(*inspection.quality);
+  if (planned.is_number() && levels < planned.get<std::uint64_t>()) {
+    text += "not the whole scan: " + std::to_string(levels) + " of " + planned.dump() +
+            " planned levels; the quality is that of this part\n";
+  }
+  return text;
 }
 
 Status Inspect(const InspectOptions& options, CommandIo& io) {

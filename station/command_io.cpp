@@ -56,9 +56,11 @@ void ProgressDisplay::Show(std::string_view stage, double done, double total) {
 
 void ProgressDisplay::ShowLine(std::string_view stage, double share, double eta_s) {
   std::array<char, 160> line{};
-  const int length = std::snprintf(line.data(), line.size(), "\r\x1b[K%-32.*s %3.0f %%  eta %.0f s",
-                                   static_cast<int>(std::min<std::size_t>(stage.size(), 60)), stage.data(),
-                                   std::floor(100.0 * share), std::ceil(eta_s));
+  const int width = static_cast<int>(std::min<std::size_t>(stage.size(), 60));
+  // Of what has not begun to go on (it may wait for a hand) nobody knows how long it takes.
+  const int length = share > 0.0 ? std::snprintf(line.data(), line.size(), "\r\x1b[K%-32.*s %3.0f %%  eta %.0f s",
+                                                 width, stage.data(), std::floor(100.0 * share), std::ceil(eta_s))
+                                 : std::snprintf(line.data(), line.size(), "\r\x1b[K%.*s …", width, stage.data());
   if (length > 0)
     (void)!::write(STDERR_FILENO, line.data(),
                    std::min<std::size_t>(line.size() - 1, static_cast<std::size_t>(length)));

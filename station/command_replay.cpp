@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/level_stamper.h"
 #include "station/commands.h"
 #include "station/files.h"
+#include "station/key_file.h"
 #include "station/replay_job.h"
 
 namespace annulus {
@@ -25,6 +27,7 @@ struct ReplayCommandOptions {
   std::string speed = "max";
   bool step = false;
   bool force = false;
+  std::string key_file;
   std::string json;
 };
 
@@ -111,7 +114,17 @@ Status RunReplayCommand(const ReplayCommandOptions& options, CommandIo& io) {
     io.set_failure_code(2);
     return Fail("replay step by step", "input or output is no terminal", "run it in a terminal, or without --step");
   }
+  if (request.to < request.from) {
+    io.set_failure_code(2);
+    return Fail("replay from level " + std::to_string(request.from),
+                "--to is level " + std::to_string(request.to) + ", before it", "give the smaller number as --from");
+  }
   if (!request.out.empty()) {
+    std::error_code unknown;
+    if (std::filesystem::equivalent(request.recording, request.out, unknown)) {
+      return Fail("replay " + request.recording, "--out is the recording itself, which is only read",
+                  "choose another name for --out");
+    }
     RETURN_IF_ERROR(CheckReplacing(io.storage(), request.out, options.force ? Replacing::kForce : Replacing::kRefuse));
   }
   ProgressDisplay display(options.step ? ProgressMode::kNone : io.progress_mode());
@@ -121,6 +134,9 @@ Status RunReplayCommand(const ReplayCommandOptions& options, CommandIo& io) {
   if (options.step) {
     request.on_level = [&](std::uint64_t number, const ScanLevel& level) { return AskForNext(io, number, level); };
   }
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
+  request.keys = keys->get();
   SystemClock clock;
   const auto outcome = RunReplayJob(request, io.storage(), clock, task);
   display.Clear();
@@ -148,6 +164,7 @@ void AddReplayCommand(CLI::App& app, CommandWork& chosen) {
   command->add_flag("--step", options->step, "wait for Enter before each level");
   command->add_option("--out", options->request.out, "recording to write of what is replayed")->type_name("SCAN2");
   command->add_flag("--force", options->force, "replace an existing recording");
+  AddKeyFileOption(*command, options->key_file);
   AddJsonOption(*command, options->json);
   command->footer("Exit code: 0 identical, 1 differs (and where). Example: annulus replay scan.mcap --speed 1");
   command->callback(

@@ -10,6 +10,7 @@
 #include "station/config.h"
 #include "station/devices.h"
 #include "station/files.h"
+#include "station/key_file.h"
 #include "station/scan_job.h"
 
 namespace annulus {
@@ -25,6 +26,7 @@ struct ScanOptions {
   std::string out;
   std::string subject_id;
   std::string consent;
+  std::string key_file;
   bool force = false;
   std::string json;
 };
@@ -70,13 +72,23 @@ Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
   if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
+  if (options.out.empty()) {
+    io.set_failure_code(kWrongUsage);
+    return Fail("scan", "--out is empty", "name the recording to write");
+  }
   RETURN_IF_ERROR(CheckConsent(*config, options, io));
+  if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
+    io.set_failure_code(2);
+    return sealed;
+  }
+  const auto keys = OpenKeys(options.key_file);
+  if (!keys) return Fail(keys);
   RETURN_IF_ERROR(CheckReplacing(io.storage(), options.out, options.force ? Replacing::kForce : Replacing::kRefuse));
   ProgressDisplay display(io.progress_mode());
   TaskContext task;
   task.stop = io.stop();
   task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
-  const ScanRequest request{options.profile, options.out, options.subject_id, options.consent};
+  const ScanRequest request{options.profile, options.out, options.subject_id, options.consent, keys->get()};
   const auto outcome = RunScanJob(*config, request, io.storage(), task);
   display.Clear();
   if (!outcome) return Fail(outcome);
@@ -104,6 +116,7 @@ void AddScanCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--out", options->out, "recording to write")->required()->type_name("SCAN");
   command->add_option("--subject-id", options->subject_id, "pseudonym of the subject, never a name")->type_name("ID");
   command->add_option("--consent", options->consent, "reference of the subject's consent")->type_name("REF");
+  AddKeyFileOption(*command, options->key_file);
   command->add_flag("--force", options->force, "replace an existing recording");
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus scan --config sim --profile body --out scan.mcap");

@@ -36,6 +36,16 @@ bool AllSimulated(const Config& config) {
   return config.ring.bus == RingBus::kSimulated && config.axis.simulated() && config.interlock.simulated;
 }
 
+namespace {
+
+Result<sim::FaultPlan> ReadFaultPlan(const std::string& path, Storage& storage) {
+  const auto text = ReadTextFile(storage, path);
+  if (!text) return Fail(text);
+  return sim::ParseFaultPlan(*text, path);
+}
+
+}  // namespace
+
 DeviceGround::~DeviceGround() = default;
 
 Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, Storage& storage, Pace pace) {
@@ -55,7 +65,15 @@ Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, S
   options->hardwired = config.axis.simulated() && config.interlock.simulated;
   if (ground->virtual_time_ != nullptr) {
     ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->clock_);
+    if (config.sim.faults.empty()) return ground;
+    auto plan = ReadFaultPlan(config.sim.faults, storage);
+    if (!plan) return Fail(plan);
+    ground->faults_ = std::make_unique<sim::FaultInjector>(std::move(*plan), *ground->booth_, *ground->clock_);
     return ground;
+  }
+  if (!config.sim.faults.empty()) {
+    return Fail("inject the faults of " + config.sim.faults, "they need virtual time",
+                "leave [sim] faults out, or run 'annulus scan' with nothing but simulated devices");
   }
   ground->locked_ = std::make_unique<sim::LockedTime>(*ground->clock_);
   ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->locked_);
@@ -80,6 +98,7 @@ std::vector<UsbPort*> DeviceGround::usb_ports() {
 
 ModbusLink& DeviceGround::axis_link() {
   ENSURE(booth_ != nullptr, "a simulated axis has its booth");
+  if (faults_ != nullptr) return faults_->axis_link();
   return locked_ == nullptr ? booth_->axis_link() : *locked_link_;
 }
 
@@ -87,7 +106,9 @@ Result<std::unique_ptr<GpioLines>> DeviceGround::RequestLines(const std::vector<
   ENSURE(booth_ != nullptr, "a simulated interlock has its booth");
   const auto held = Hold();
   auto requested = booth_->safety().Request({}, lines);
-  if (!requested || locked_ == nullptr) return requested;
+  if (!requested) return requested;
+  if (faults_ != nullptr) return faults_->WrapLines(std::move(*requested));
+  if (locked_ == nullptr) return requested;
   return sim::MakeLocked(std::move(*requested), *locked_);
 }
 
@@ -104,23 +125,29 @@ Result<std::unique_ptr<RangeRing>> OpenBy(BusTap* tap, Clock& clock, const Optio
   return OpenTappedRing({*tap, clock}, opening, open);
 }
 
-Result<RingDevice> OpenUsb(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
+/// Opens whatever boards the host lists, which is borrowed.
+Result<RingDevice> OpenThrough(UsbHost& host, const UsbRangeRingOptions& options, DeviceGround& ground, BusTap* tap) {
   RingDevice device;
   Clock& clock = ground.worker_clock();
-  UsbRangeRingOptions options;
-  options.first_sensors = config.boards;
-  auto host = OpenLibusbHost(clock);
-  if (!host) return Fail(host);
-  device.usb = std::move(*host);
-  UsbHost* used = device.usb.get();
+  UsbHost* used = &host;
   if (tap != nullptr) {
-    device.tapped_usb = std::make_unique<TappedUsbHost>(*device.usb, *tap, clock);
+    device.tapped_usb = std::make_unique<TappedUsbHost>(host, *tap, clock);
     used = device.tapped_usb.get();
   }
-  auto ring = OpenBy(tap, clock, options, config.boards.empty() ? sim::BoothDevices::kBoards : config.boards.size(),
-                     [&] { return OpenUsbRangeRing(*used, options, clock); });
+  const std::size_t boards = options.first_sensors.empty() ? sim::BoothDevices::kBoards : options.first_sensors.size();
+  auto ring = OpenBy(tap, clock, options, boards, [&] { return OpenUsbRangeRing(*used, options, clock); });
   if (!ring) return Fail(ring);
   device.ring = std::move(*ring);
+  return device;
+}
+
+Result<RingDevice> OpenUsb(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
+  UsbRangeRingOptions options;
+  options.first_sensors = config.boards;
+  auto host = OpenLibusbHost(ground.worker_clock());
+  if (!host) return Fail(host);
+  auto device = OpenThrough(**host, options, ground, tap);
+  if (device) device->usb = std::move(*host);
   return device;
 }
 
@@ -151,6 +178,8 @@ Result<RingDevice> OpenSimulated(const RingConfig& config, DeviceGround& ground,
   Clock& clock = ground.worker_clock();
   UsbRangeRingOptions options;
   options.first_sensors = config.boards;
+  // Boards that go and come back need a host that opens them again.
+  if (sim::FaultInjector* faults = ground.faults()) return OpenThrough(faults->usb_host(), options, ground, tap);
   std::vector<UsbPort*> ports = ground.usb_ports();
   if (tap != nullptr) {
     device.tapped_ports = TapUsbPorts(ports, *tap, clock);

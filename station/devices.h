@@ -14,6 +14,7 @@
 #include "firmware_iface/range_ring.h"
 #include "firmware_iface/scan_axis.h"
 #include "sim/booth.h"
+#include "sim/fault_injector.h"
 #include "sim/locked_seams.h"
 #include "station/config.h"
 
@@ -50,6 +51,8 @@ class DeviceGround {
   /// seams: hold Hold() while you touch it otherwise.
   [[nodiscard]] sim::BoothDevices* booth() { return booth_.get(); }
   [[nodiscard]] std::unique_lock<PriorityMutex> Hold();
+  /// What goes wrong by plan ([sim] faults); null: nothing.
+  [[nodiscard]] sim::FaultInjector* faults() { return faults_.get(); }
 
   /// The seams of the simulated booth, safe for one thread each in real time. Requires booth().
   [[nodiscard]] std::vector<UsbPort*> usb_ports();
@@ -64,6 +67,7 @@ class DeviceGround {
   std::unique_ptr<BeatClock> worker_clock_;
   std::unique_ptr<sim::LockedTime> locked_;  ///< Null in virtual time.
   std::unique_ptr<sim::BoothDevices> booth_;
+  std::unique_ptr<sim::FaultInjector> faults_;
   std::vector<std::unique_ptr<UsbPort>> locked_ports_;
   std::unique_ptr<ModbusLink> locked_link_;
 };

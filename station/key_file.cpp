@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "station/devices.h"
+
 namespace annulus {
 namespace {
 
@@ -130,6 +132,12 @@ Result<std::unique_ptr<KeySource>> ReadKeyFile(const std::string& path) {
   }
   if (keys->empty()) return Fail(attempted, "it has no keys", "add a line ID = 64 hex digits");
   return keys;
+}
+
+Status CheckSealing(const Config& config, const std::string& key_file) {
+  if (AllSimulated(config) || !key_file.empty()) return {};
+  return Fail("record a person", "--key-file is missing: such recordings are sealed",
+              "give a key file; docs/technician.md says how to make one");
 }
 
 Result<std::unique_ptr<KeySource>> OpenKeys(const std::string& path) {

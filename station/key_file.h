@@ -5,6 +5,7 @@
 
 #include "acquisition/sealed_file.h"
 #include "base/result.h"
+#include "station/config.h"
 
 namespace annulus {
 
@@ -13,7 +14,11 @@ namespace annulus {
 /// file that anybody but its owner may read or write.
 Result<std::unique_ptr<KeySource>> ReadKeyFile(const std::string& path);
 
-/// The same; null if `path` is empty.
+/// Recordings of people who were really scanned are sealed: an Error if a real device is in the configuration and there
+/// is no key file.
+[[nodiscard]] Status CheckSealing(const Config& config, const std::string& key_file);
+
+/// The same as ReadKeyFile; null if `path` is empty.
 Result<std::unique_ptr<KeySource>> OpenKeys(const std::string& path);
 
 }  // namespace annulus

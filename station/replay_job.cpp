@@ -156,7 +156,7 @@ ReplayOptions Between(sim::ReplayFaults& faults) {
 Result<ReplayOutcome> RunReplayJob(const ReplayRequest& request, Storage& storage, Clock& clock,
                                    const TaskContext& task) {
   task.Report("read the recording", 0, 1);
-  const auto recording = ReadWholeRecording(storage, request.recording);
+  const auto recording = ReadWholeRecording(storage, request.recording, request.keys);
   if (!recording) return Fail(recording);
   std::unique_ptr<sim::ReplayFaults> faults;
   ReplayOptions options;

@@ -21,6 +21,7 @@ struct ReplayRequest {
   std::string faults;      ///< A fault plan to put between the recorded buses and the drivers; "" is none.
   std::uint64_t from = 0;  ///< First level that is given, 0 first.
   std::uint64_t to = std::numeric_limits<std::uint64_t>::max();  ///< Last one.
+  const KeySource* keys = nullptr;                               ///< Of sealed recordings. Borrowed.
   std::string out;  ///< Recording to write of what is replayed; "" is none.
   /// Told every level with its number, before it counts; false ends the replay there. May be empty.
   std::function<bool(std::uint64_t number, const ScanLevel& level)> on_level;

@@ -5,6 +5,7 @@
 
 #include "station/booth_session.h"
 #include "station/command_line.h"
+#include "station/host_health.h"
 #include "station/profile_plan.h"
 
 namespace annulus {
@@ -88,11 +89,16 @@ Status ScanJobRun::Await(const char* attempted, const std::function<bool(const S
     return {};
   }
   if (reached) return {};
+  const ScannerStatus status = scanner_.status();
+  RETURN_IF_ERROR(Trouble(attempted, status));
+  if (!status.held_by.empty()) {
+    return Fail(attempted, "the safety chain holds the booth: " + status.held_by,
+                "pull the emergency stop out, shut the door or leave the limit, then press the reset button");
+  }
   return Fail(attempted,
-              "the booth did not get there in time: it is " + std::string(ScanStateText(scanner_.status().state)) +
-                  (waiting_for_.empty() ? "" : ", and waits: " + waiting_for_),
-              scanner_.status().held_by.empty() ? "look at the booth, then try again"
-                                                : "the chain says: " + scanner_.status().held_by);
+              "the booth is still " + std::string(ScanStateText(status.state)) +
+                  (waiting_for_.empty() ? "" : "; nobody did this: " + waiting_for_),
+              waiting_for_.empty() ? "look at the booth, then try again" : waiting_for_ + " in time");
 }
 
 Status ScanJobRun::AwaitIdle() {
@@ -116,10 +122,19 @@ Status ScanJobRun::Home() {
 Status ScanJobRun::Arm(ArmRequest request) {
   RETURN_IF_ERROR(scanner_.OrderArm(std::move(request)));
   RETURN_IF_ERROR(Await(
-      "arm the scan", [](const ScannerStatus& status) { return status.arm && status.job.empty(); }, kArmPatience));
+      "arm the scan",
+      [](const ScannerStatus& status) {
+        return (status.arm && status.job.empty()) || status.state == ScanState::kFault ||
+               status.state == ScanState::kSafe;
+      },
+      kArmPatience));
   if (task_.stop.stop_requested()) return {};
   const ScannerStatus status = scanner_.status();
   RETURN_IF_ERROR(Trouble("arm the scan", status));
+  if (!status.arm) {
+    return Fail("arm the scan", "the booth is " + std::string(ScanStateText(status.state)) + " " + status.held_by,
+                "look at the booth, then try again");
+  }
   for (const ArmCheck& check : status.arm->checks) {
     // What is wrong with the plan is for whoever wrote the profile.
     if (!check.result && check.name == "plan") {
@@ -237,7 +252,10 @@ Result<ScanOutcome> ScanJobRun::Run() {
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task) {
   PermissiveGate gate;
-  auto session = BoothSession::Open(config, gate, storage);
+  BoothSessionOptions options;
+  options.scanner.recording.keys = request.keys;
+  if (!AllSimulated(config)) options.scanner.host_checks = [] { return CheckHostHealth(); };
+  auto session = BoothSession::Open(config, gate, storage, std::move(options));
   if (!session) return Fail(session);
   return ScanJobRun(**session, config, request, task).Run();
 }

@@ -7,6 +7,7 @@
 #include "acquisition/scan_plan.h"
 #include "acquisition/scan_quality.h"
 #include "acquisition/scan_run.h"
+#include "acquisition/sealed_file.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "base/storage.h"
@@ -20,6 +21,7 @@ struct ScanRequest {
   std::string out;      ///< Recording to write; replaced if it is there.
   std::string subject_id;
   std::string consent_reference;
+  const KeySource* keys = nullptr;  ///< Seals the recording; null: plain. Borrowed.
 };
 
 /// How a scan went.

@@ -54,16 +54,14 @@ Status ScannerPort::Arm(const ArmOrder& order) {
     request.plan = *plan;
     request.out = *path;
   }
-  const std::uint64_t presses = scanner_.status().start_presses;
-  RETURN_IF_ERROR(scanner_.OrderArm(std::move(request)));
-  presses_before_arm_ = presses;
-  return {};
+  return scanner_.OrderArm(std::move(request));
 }
 
 Status ScannerPort::Start(std::uint64_t version) {
   const ScannerStatus status = scanner_.status();
-  if (status.state == ScanState::kArmed && status.start_presses == presses_before_arm_) {
-    return Fail("start the scan", "nobody has pressed the start key at the booth since it was armed",
+  if (status.state == ScanState::kArmed && !status.start_agreed) {
+    return Fail("start the scan",
+                "nobody has pressed the start key at the booth since it was armed, or not within the last 10 s",
                 "press it, then start");
   }
   return scanner_.OrderStart(version);

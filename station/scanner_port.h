@@ -34,7 +34,7 @@ class ScannerPort final : public BoothPort {
   /// Fails before the scanner is asked if the plan cannot be made, the name leads elsewhere or is taken, or, on a booth
   /// with real devices, subject or consent are missing.
   Status Arm(const ArmOrder& order) override;
-  /// Fails unless somebody has pressed the start key at the booth since the order to arm: nobody starts it from afar.
+  /// Fails unless somebody has just pressed the start key at the booth, since it was armed: nobody starts it from afar.
   Status Start(std::uint64_t version) override;
   Status Cancel() override { return scanner_.Cancel(); }
   Status Acknowledge(CauseRole role) override { return scanner_.Acknowledge(role); }
@@ -45,7 +45,6 @@ class ScannerPort final : public BoothPort {
   Scanner& scanner_;
   BoothDescription description_;
   ScannerPortOptions options_;
-  std::uint64_t presses_before_arm_ = 0;
 };
 
 }  // namespace annulus

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <thread>
 
 #include "tests/support/gated_storage.h"
 #include "tests/support/test_storage.h"
@@ -107,6 +108,29 @@ TEST(DiskWriter, SettlesWithoutWaiting) {
   while (settled && !*settled) settled = writer.Settle();
   EXPECT_TRUE(settled);
   EXPECT_EQ(writer.state().synced, 1U);
+}
+
+TEST(DiskWriter, SettlesThoughMoreIsAppendedAllTheTime) {
+  GatedStorage storage;
+  DiskWriterOptions options = Threaded();
+  options.sync_every_blocks = 0;  // only the syncs that were asked for
+  DiskWriter writer = Make(storage, options);
+  storage.HoldSyncs();
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(writer.Append(Block(10)));
+  Result<bool> settled = false;
+  while (writer.state().written < 3) settled = writer.Settle();
+  settled = writer.Settle();  // asks for the sync that is held
+  storage.WaitUntilHeld();
+  ASSERT_TRUE(writer.Append(Block(10)));  // as a scan does that watches its axis
+  storage.Release();
+  while (settled && !*settled) {
+    settled = writer.Settle();
+    if (writer.state().appended < 1'000) {
+      ASSERT_TRUE(writer.Append(Block(10)));
+    }
+  }
+  ASSERT_TRUE(settled);
+  EXPECT_TRUE(*settled) << "block 4 came after the first question";
 }
 
 TEST(DiskWriter, RefusesWhatItsQueueHasNoRoomForAndWritesTheRest) {

@@ -203,5 +203,28 @@ TEST(RecordingFaults, D5_ADiskThatCanOnlyBeReadRefusesTheScanBeforeItsFirstLevel
   EXPECT_EQ(writer.error().advice, "this disk is read-only: choose another");
 }
 
+TEST(RecordingFaults, SettlesThoughMoreComesAllTheTime) {
+  test::GatedStorage storage;
+  const Scan scan = MakeScan(2, 8);
+  RecordingOptions options;
+  options.disk = DiskWriterMode::kThread;
+  auto writer = RecordingWriter::Create(storage, "scan.mcap", scan.header, options);
+  ASSERT_TRUE(writer);
+  for (const ScanLevel& level : scan.levels) ASSERT_TRUE(writer->AppendLevel(level));
+  auto time = scan.levels.back().time;
+  auto settled = writer->Settle();
+  int asked = 0;
+  for (; settled && !*settled && asked < 10'000'000; ++asked) {
+    // Positions of the axis go on while the disk is waited for, each a block of its own.
+    time += std::chrono::milliseconds(150);
+    ASSERT_TRUE(writer->AppendAxis(time, 1000.0));
+    settled = writer->Settle();
+  }
+  ASSERT_TRUE(settled) << settled.error().Text();
+  EXPECT_TRUE(*settled) << "not in " << asked << " looks";
+  EXPECT_EQ(writer->durable_levels(), scan.levels.size());
+  ASSERT_TRUE(writer->Finish());
+}
+
 }  // namespace
 }  // namespace annulus

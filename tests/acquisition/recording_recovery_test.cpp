@@ -196,6 +196,18 @@ TEST(RecoverRecording, KeepsASealedRecordingSealed) {
   EXPECT_TRUE(read->report.finished);
 }
 
+TEST(RecoverRecording, TellsThatASealedRecordingWasCutWithinAFrame) {
+  const TestKeys keys;
+  TestStorage storage;
+  Record(storage, "a.mcap.enc", MakeScan(5, 4), Ending::kFinished, &keys);
+  auto& bytes = storage.files["a.mcap.enc"];
+  bytes.resize(bytes.size() * 2 / 3);
+  const auto summary = RecoverRecording(storage, "a.mcap.enc", kOut, &keys);
+  ASSERT_TRUE(summary) << summary.error().Text();
+  EXPECT_FALSE(summary->lossless);
+  EXPECT_GT(summary->skipped_bytes, 0U);
+}
+
 TEST(RecoverRecording, RefusesItsOwnInputAsOutputAndWhatIsNoRecording) {
   TestStorage storage;
   storage.files["text"] = {std::byte{'x'}};

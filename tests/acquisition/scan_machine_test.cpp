@@ -89,7 +89,7 @@ TEST(ScanMachineTable, ARefusalNamesOrderStateCauseAndWayOn) {
   const Status status = machine.Handle(Event(Kind::kHomeOrdered));
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().Text(),
-            "carry out 'home ordered': the booth is FAULT: board 7 is gone: remove the cause, then acknowledge it");
+            "home the axis: the booth is FAULT: board 7 is gone: remove the cause, then acknowledge it");
 }
 
 TEST(ScanMachine, StartsSafe) {

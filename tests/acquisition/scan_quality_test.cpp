@@ -80,6 +80,25 @@ TEST(ScanQuality, S1_AStuckSensorIsFlaggedWithinTenLevelsWhileItsNeighboursMove)
   }
 }
 
+TEST(ScanQuality, S1_AStuckSensorDoesNotMakeTheOneOppositeLookDead) {
+  Scan scan = NoisyTorso(3);
+  constexpr std::size_t kLevels = 60;
+  ASSERT_GE(scan.levels.size(), kLevels);
+  QualityMonitor monitor(scan.header);
+  for (std::size_t k = 0; k < kLevels; ++k) {
+    // Nothing lies before eleven sensors and those opposite, but two of them repeat that something does.
+    for (std::size_t sensor = 35; sensor <= 45; ++sensor) {
+      scan.levels[k].readings[sensor].range_mm = kNan;
+      scan.levels[k].readings[sensor + 90].range_mm = kNan;
+    }
+    scan.levels[k].readings[40].range_mm = 480.0;
+    scan.levels[k].readings[41].range_mm = 481.0;
+    monitor.Add(scan.levels[k]);
+  }
+  EXPECT_THAT(monitor.live().stuck, ElementsAre(40U, 41U));
+  EXPECT_THAT(monitor.live().dead, IsEmpty());
+}
+
 TEST(ScanQuality, S1_AFrozenBoardIsFlaggedAndItsReadingsCountForNothing) {
   Scan scan = NoisyTorso(4);
   constexpr std::size_t kFrom = 30;

@@ -48,6 +48,13 @@ FaultRigOptions FaultRig::With(const std::string& row) {
   return options;
 }
 
+FaultRigOptions FaultRig::OnCan(const std::string& row) {
+  FaultRigOptions options = With(row);
+  options.booth.can_buses = 1;
+  options.bus = RingBus::kCan;
+  return options;
+}
+
 std::uint64_t FaultRig::WholeScan() { return ScannerRig::ShortPlan().TotalLevels(); }
 
 FaultRig::FaultRig(FaultRigOptions options)
@@ -63,14 +70,28 @@ FaultRig::FaultRig(FaultRigOptions options)
 
 FaultRig::~FaultRig() {
   ticking_ = false;
+  watch_.Watch(nullptr);
   EndWorker();
   scanner_.reset();
+}
+
+Result<std::unique_ptr<RangeRing>> FaultRig::OpenRing() {
+  return options_.bus == RingBus::kUsb ? OpenUsbRangeRing(injector_.usb_host(), {}, worker_clock_)
+                                       : MakeCanRangeRing(injector_.can_buses(), {}, worker_clock_);
 }
 
 testing::AssertionResult FaultRig::Open() {
   life_ = {};
   injector_.Revive();
-  auto ring = OpenUsbRangeRing(injector_.usb_host(), {}, worker_clock_);
+  if (!wraps_ports_) {
+    wraps_ports_ = true;
+    auto& wrap = injector_.usb_host_model().wrap;
+    wrap = [inner = wrap](std::unique_ptr<UsbPort> port) -> std::unique_ptr<UsbPort> {
+      if (inner) port = inner(std::move(port));
+      return std::make_unique<OutsidePort>(std::move(port));
+    };
+  }
+  auto ring = OpenRing();
   if (!ring) return testing::AssertionFailure() << ring.error().Text();
   ring_ = std::move(*ring);
   auto axis = MakeModbusScanAxis(watched_link_, {}, worker_clock_);
@@ -83,6 +104,7 @@ testing::AssertionResult FaultRig::Open() {
   interlock_ = std::move(*interlock);
   ScannerOptions scanner_options = options_.scanner;
   scanner_options.on_level = [this, told = options_.scanner.on_level](const ScanLevel& level) {
+    const ProgramScope scope(ProgramScope::Code::kOther);
     injector_.NoteLevel(levels_[recording_]++);
     if (told) told(level);
   };
@@ -106,6 +128,7 @@ testing::AssertionResult FaultRig::Open() {
 // --- time ---
 
 void FaultRig::Tick() {
+  const ProgramScope scope(ProgramScope::Code::kOther);
   const nanoseconds now = clock_.Now();
   // After a hang the clock's ticks of meanwhile come all at once; a control loop leaves them out.
   if (now == last_tick_) return;
@@ -121,7 +144,10 @@ void FaultRig::Tick() {
   }
   watch_.BeforeTick();
   if (life_.alive && ticking_ && clock_.Now() >= late_until_) {
-    scanner_->Tick();
+    {
+      const ProgramScope in_the_program(ProgramScope::Code::kProgram);
+      scanner_->Tick();
+    }
     watch_.AfterTick();
   } else {
     watch_.WithoutTick();
@@ -153,9 +179,13 @@ std::optional<nanoseconds> FaultRig::fault_time() const {
 
 void FaultRig::Work() {
   mortal_.Begin();
+  injector_.SimulateHere();
   try {
     while (life_.alive && life_.worker_alive) {
-      scanner_->Step();
+      {
+        const ProgramScope scope(ProgramScope::Code::kProgram);
+        scanner_->Step();
+      }
       LookWhetherDone();
     }
   } catch (const WorkerEnded&) {
@@ -305,9 +335,10 @@ bool FaultRig::BringTo(ScanState wanted) {
 std::string FaultRig::NextScan() {
   recording_ = "next.mcap";
   levels_[recording_] = 0;
-  const std::uint64_t before = status().scan ? status().scan->number : 0;
-  // Drop-out times of relays, and a worker that still looks for devices.
+  // Drop-out times of relays, and a worker that still waits for a drive or looks for devices.
   Pass(milliseconds(700));
+  if (!RunUntil([&] { return status().job.empty(); }, seconds(10))) return "the job does not end: " + Told();
+  const std::uint64_t before = status().scan ? status().scan->number : 0;
   const nanoseconds end = clock_.Now() + seconds(60);
   while (state() == ScanState::kSafe || state() == ScanState::kFault || state() == ScanState::kStopping) {
     if (clock_.Now() >= end) return "the fault could not be ended: " + Told();

@@ -21,12 +21,16 @@
 
 namespace annulus::faults {
 
+/// What the ring's boards hang on.
+enum class RingBus { kUsb, kCan };
+
 struct FaultRigOptions {
   sim::BoothOptions booth;
   ScannerOptions scanner;
   sim::FaultPlan plan;
   sim::ModbusNumbering link = sim::ModbusNumbering::kTransaction;
-  bool opens = true;  ///< The devices must open, and the start-up test be made; otherwise the test fails.
+  RingBus bus = RingBus::kUsb;  ///< kCan: of the booth's, which must have some.
+  bool opens = true;            ///< The devices must open, and the start-up test be made; otherwise the test fails.
 };
 
 /// The plan of a row of the fault matrix: tests/faults/plans/<row>.json. A test that asks for one that is not there, or
@@ -45,6 +49,8 @@ class FaultRig {
   static FaultRigOptions Defaults();
   /// With a plan.
   static FaultRigOptions With(const std::string& row);
+  /// The same, with all boards on one CAN bus.
+  static FaultRigOptions OnCan(const std::string& row);
   explicit FaultRig(FaultRigOptions options = Defaults());
   ~FaultRig();
   FaultRig(const FaultRig&) = delete;
@@ -94,6 +100,7 @@ class FaultRig {
   [[nodiscard]] sim::BoothDevices& booth() { return booth_; }
   [[nodiscard]] sim::AxisDriveModel& drive() { return booth_.drive(); }
   [[nodiscard]] sim::SafetyChain& chain() { return booth_.safety(); }
+  [[nodiscard]] const RangeRing& ring() const { return *ring_; }
   [[nodiscard]] sim::FaultInjector& injector() { return injector_; }
   [[nodiscard]] sim::FaultyModbusLink& link() { return injector_.faulty_link(); }
   [[nodiscard]] SettableClock& wall() { return wall_; }
@@ -121,6 +128,7 @@ class FaultRig {
 
  private:
   testing::AssertionResult Open();
+  Result<std::unique_ptr<RangeRing>> OpenRing();
   void Tick();
   /// Lets the plan's faults of the computer happen.
   void FollowHost();
@@ -156,6 +164,7 @@ class FaultRig {
   testing::AssertionResult opened_ = testing::AssertionFailure();
   Status begun_;
   bool ticking_ = true;
+  bool wraps_ports_ = false;
   bool hot_ = false;  ///< As the computer says.
   nanoseconds hang_{0};
   nanoseconds late_until_{-1};

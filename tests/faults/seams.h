@@ -10,7 +10,9 @@
 #include "base/clock.h"
 #include "firmware_iface/gpio_lines.h"
 #include "firmware_iface/modbus_link.h"
+#include "firmware_iface/usb_port.h"
 #include "tests/faults/invariant_watch.h"
+#include "tests/faults/program_scope.h"
 
 namespace annulus::faults {
 
@@ -45,6 +47,7 @@ class MortalClock final : public Clock {
   [[nodiscard]] std::chrono::nanoseconds Now() const override { return clock_.Now(); }
   [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_.WallNow(); }
   void SleepUntil(std::chrono::nanoseconds deadline) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
     if (stepping_ && stall_.count() > 0) {
       stalls_();
       clock_.SleepUntil(clock_.Now() + std::exchange(stall_, {}));
@@ -76,6 +79,7 @@ class WatchedLink final : public ModbusLink {
       : link_(link), watch_(watch), life_(life) {}
 
   ModbusReply Transact(const ModbusRequest& request, std::chrono::nanoseconds timeout) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
     if (!life_.alive) return tl::unexpected(ModbusFailure{ModbusFault::kLinkLost, {}, "the program is dead"});
     watch_.BeforeRequest();
     ModbusReply reply = link_.Transact(request, timeout);
@@ -105,18 +109,61 @@ class MortalLines final : public GpioLines {
   MortalLines(std::unique_ptr<GpioLines> lines, const ProcessLife& life) : lines_(std::move(lines)), life_(life) {}
 
   [[nodiscard]] std::size_t count() const override { return lines_->count(); }
-  GpioResult<std::vector<bool>> Read() override { return lines_->Read(); }
+  GpioResult<std::vector<bool>> Read() override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return lines_->Read();
+  }
   GpioResult<void> Write(std::size_t line, bool level) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
     if (!life_.alive) return {};
     return lines_->Write(line, level);
   }
   GpioResult<std::optional<GpioEdge>> WaitEdge(std::chrono::nanoseconds deadline) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
     return lines_->WaitEdge(deadline);
   }
 
  private:
   std::unique_ptr<GpioLines> lines_;
   const ProcessLife& life_;
+};
+
+/// The program's end of a board's USB port.
+class OutsidePort final : public UsbPort {
+ public:
+  explicit OutsidePort(std::unique_ptr<UsbPort> port) : port_(std::move(port)) {}
+
+  [[nodiscard]] const UsbIdentity& identity() const override { return port_->identity(); }
+  UsbResult<std::vector<std::byte>> ControlIn(UsbRequest request, std::size_t length,
+                                              std::chrono::nanoseconds timeout) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return port_->ControlIn(request, length, timeout);
+  }
+  UsbResult<void> ControlOut(UsbRequest request, std::span<const std::byte> data,
+                             std::chrono::nanoseconds timeout) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return port_->ControlOut(request, data, timeout);
+  }
+  UsbResult<UsbToken> SubmitBulkIn(std::uint8_t endpoint, std::size_t length) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return port_->SubmitBulkIn(endpoint, length);
+  }
+  void Cancel(UsbToken token) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    port_->Cancel(token);
+  }
+  UsbResult<void> ClearHalt(std::uint8_t endpoint) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return port_->ClearHalt(endpoint);
+  }
+  std::optional<UsbCompletion> WaitCompletion(std::chrono::nanoseconds deadline) override {
+    const ProgramScope scope(ProgramScope::Code::kOther);
+    return port_->WaitCompletion(deadline);
+  }
+  [[nodiscard]] std::size_t in_flight() const override { return port_->in_flight(); }
+
+ private:
+  std::unique_ptr<UsbPort> port_;
 };
 
 }  // namespace annulus::faults

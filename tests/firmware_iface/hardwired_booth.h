@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "acquisition/beat_clock.h"
 #include "firmware_iface/interlock.h"
 #include "firmware_iface/scan_axis.h"
 #include "sim/booth.h"
@@ -19,35 +20,6 @@
 #include "tests/sim/booth_fixture.h"
 
 namespace annulus {
-
-/// Virtual time in which something happens every 10 ms, also while somebody waits: the program's other thread.
-class TickingClock final : public Clock {
- public:
-  static constexpr std::chrono::milliseconds kTick{10};
-
-  [[nodiscard]] std::chrono::nanoseconds Now() const override { return clock_.Now(); }
-  [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_.WallNow(); }
-  void SleepUntil(std::chrono::nanoseconds deadline) override {
-    while (tick_ && !ticking_ && next_ <= deadline) {
-      clock_.SleepUntil(next_);
-      next_ += kTick;
-      ticking_ = true;
-      tick_();
-      ticking_ = false;
-    }
-    clock_.SleepUntil(deadline);
-  }
-  void Start(std::function<void()> tick) {
-    tick_ = std::move(tick);
-    next_ = Now() + kTick;
-  }
-
- private:
-  ManualClock clock_;
-  std::function<void()> tick_;
-  std::chrono::nanoseconds next_{0};
-  bool ticking_ = false;
-};
 
 /// A booth whose drive is wired to its safety chain, a program that serves interlock and watchdog every 10 ms, and one
 /// that drives the axis over a Modbus link. The tests judge by the logs of chain and drive and by the true motion.
@@ -59,6 +31,7 @@ class HardwiredBooth : public testing::Test {
   using nanoseconds = std::chrono::nanoseconds;
   using seconds = std::chrono::seconds;
 
+  static constexpr milliseconds kTick{10};
   static constexpr double kSpeed = 300.0;  ///< Of the move, mm/s, downwards.
   /// v^2 / 2a of the quick stop, and T v of the lag behind the set-point, which it makes good.
   static constexpr double kRampMm = kSpeed * kSpeed / (2.0 * 4000.0) + 0.004 * kSpeed;
@@ -141,7 +114,7 @@ class HardwiredBooth : public testing::Test {
   sim::SafetyChain& chain() { return booth_.safety(); }
   sim::AxisDriveModel& drive() { return booth_.drive(); }
 
-  TickingClock clock_;
+  InterleavedClock clock_{kTick};
   sim::BoothDevices booth_{Options(), clock_};
   sim::FaultyModbusLink line_{booth_.axis_link(), clock_};
   std::unique_ptr<Interlock> interlock_;

@@ -43,7 +43,7 @@ TEST_F(HardwiredBooth, E1_AProgramThatMirrorsTheEstopStopsTheAxisWithinATickAndT
     chain().PressEstopAt(pressed);
     static_cast<void>(Watch(milliseconds(500)));
     const nanoseconds stopped = When(Signal::kQuickStopInput, false, pressed);
-    EXPECT_LE(stopped - pressed, TickingClock::kTick);
+    EXPECT_LE(stopped - pressed, kTick);
     EXPECT_NEAR(z - Height(), std::chrono::duration<double>(stopped - pressed).count() * kSpeed + kRampMm, 1e-3);
     EXPECT_NEAR(drive().TrueSpeed(clock_.Now()), 0.0, 1e-9);
     EXPECT_EQ(drive().fault_code(), 0x5441);
@@ -176,7 +176,7 @@ TEST_F(HardwiredBooth, M13_TheStopLineDoesNotWaitForALinkThatIsStuck) {
   static_cast<void>(axis_->Position());
   EXPECT_GE(clock_.Now() - asked, milliseconds(100));
   const nanoseconds stopped = When(Signal::kQuickStopInput, false, asked);
-  EXPECT_LE(stopped - wanted, TickingClock::kTick);
+  EXPECT_LE(stopped - wanted, kTick);
   Pass(seconds(1));
   EXPECT_EQ(drive().fault_code(), 0x5441);
   EXPECT_NEAR(drive().TrueSpeed(stopped), -kSpeed, 0.1);

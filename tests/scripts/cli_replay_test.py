@@ -74,6 +74,8 @@ class Replay(ProgramTest):
         self.fails("replay", "imported.mcap", naming=("imported.mcap", "no raw bytes"))
         self.fails("replay", "cylinder.csv", naming=("cylinder.csv",))
         self.fails("replay", "scan.mcap", "--from", "100000", naming=("100000", "it has only"))
+        self.fails("replay", "scan.mcap", "--from", "5", "--to", "2", naming=("--to", "5"), status=2)
+        self.fails("replay", "scan.mcap", "--out", "scan.mcap", "--force", naming=("the recording itself",))
         self.fails("replay", "scan.mcap", "--speed", "fast", naming=("fast", "max"), status=2)
         self.fails("replay", "scan.mcap", "--step", naming=("no terminal",), status=2)
         self.write("plan.json", "{}")

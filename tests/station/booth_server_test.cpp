@@ -287,7 +287,7 @@ TEST(BoothServer, RefusesAFloodButNotTheCancelInIt) {
   ASSERT_TRUE(booth.port().Home());
   const auto flood = booth.Raw();
   ASSERT_TRUE(SendRaw(flood, R"({"v":1,"id":1,"type":"hello","role":"operator","control":true})"));
-  for (int k = 0; k < 500; ++k) ASSERT_TRUE(SendRaw(flood, R"({"v":1,"id":2,"type":"subscribe","levels":0})"));
+  ASSERT_TRUE(test::SendRawAtOnce(flood, R"({"v":1,"id":2,"type":"subscribe","levels":0})", 500));
   ASSERT_TRUE(SendRaw(flood, R"({"v":1,"id":3,"type":"cancel"})"));
   int refused = 0;
   for (const BoothMessage& message : ReadRaw(flood, IsReply(3))) {

@@ -140,7 +140,7 @@ TEST(BoothSocket, IsFoundWhereTheSystemSays) {
   ::unsetenv("RUNTIME_DIRECTORY");
   EXPECT_EQ(DefaultBoothSocket(), "/run/user/7/annulus.sock");
   ::unsetenv("XDG_RUNTIME_DIR");
-  EXPECT_EQ(DefaultBoothSocket(), "/run/annulus/booth.sock");
+  EXPECT_EQ(DefaultBoothSocket(), "/run/annulus/annulus.sock");
   if (!old_runtime.empty()) ::setenv("RUNTIME_DIRECTORY", old_runtime.c_str(), 1);
   if (!old_user.empty()) ::setenv("XDG_RUNTIME_DIR", old_user.c_str(), 1);
 }

@@ -111,6 +111,27 @@ TEST_F(ScannerPortTest, StartsOnlyWhatSomebodyAtTheBoothAgreesTo) {
   EXPECT_FALSE(port_->Start(port_->status().version));
 }
 
+TEST_F(ScannerPortTest, APressOfTheStartKeyCountsOnlyWhileItIsArmedAndNotForLong) {
+  MakeReady();
+  PressStart();  // when the checks have begun
+  ASSERT_TRUE(port_->Arm(Short("a.mcap")));
+  RunTo(ScanState::kArmed);
+  EXPECT_FALSE(port_->Start(port_->status().version)) << "pressed before it was armed";
+  PressStart();
+  Pass(std::chrono::seconds(11));
+  ASSERT_EQ(port_->status().state, ScanState::kArmed);
+  EXPECT_FALSE(port_->Start(port_->status().version)) << "whoever pressed it has long gone away";
+  // Armed anew: the press was for the former plan.
+  PressStart();
+  Pass(std::chrono::milliseconds(300));
+  ASSERT_TRUE(port_->Arm(Short("b.mcap")));
+  RunTo(ScanState::kArmed);
+  EXPECT_FALSE(port_->Start(port_->status().version));
+  PressStart();
+  Pass(std::chrono::milliseconds(300));
+  EXPECT_TRUE(port_->Start(port_->status().version));
+}
+
 TEST_F(ScannerPortTest, RefusesWhatCannotBePlannedBeforeTheBoothIsAsked) {
   MakeReady();
   ArmOrder order = Short("a.mcap");

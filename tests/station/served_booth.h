@@ -198,25 +198,36 @@ inline bool SendRaw(const sim::OwnedFd& fd, const std::string& json) {
   return ::send(fd.get(), frame.data(), frame.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(frame.size());
 }
 
+/// The same message so many times, in one piece: how fast they come does not depend on how busy the computer is.
+inline bool SendRawAtOnce(const sim::OwnedFd& fd, const std::string& json, int count) {
+  const std::string frame = *BoothFrame(json);
+  std::string all;
+  for (int k = 0; k < count; ++k) all += frame;
+  return ::send(fd.get(), all.data(), all.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(all.size());
+}
+
 /// Messages of a raw connection up to the first that is as wanted, which comes last; the connection's end ends them,
 /// too.
 inline std::vector<BoothMessage> ReadRaw(const sim::OwnedFd& fd, const std::function<bool(const BoothMessage&)>& last) {
-  BoothFrameReader frames(kMaxBoothMessage);
   std::vector<BoothMessage> messages;
   const timeval limit{10, 0};
   ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof(limit));
-  char bytes[4096];
+  // One frame at a time, no byte more: what follows is for whoever reads next.
+  const auto take = [&](char* bytes, std::size_t count) {
+    return ::recv(fd.get(), bytes, count, MSG_WAITALL) == static_cast<ssize_t>(count);
+  };
   while (true) {
-    const ssize_t got = ::recv(fd.get(), bytes, sizeof(bytes), 0);
-    if (got <= 0) return messages;
-    frames.Append({bytes, static_cast<std::size_t>(got)});
-    while (auto text = *frames.Next()) {
-      auto message = DecodeMessage(*text);
-      EXPECT_TRUE(message) << *text;
-      if (!message) return messages;
-      messages.push_back(std::move(*message));
-      if (last(messages.back())) return messages;
-    }
+    unsigned char head[4];
+    if (!take(reinterpret_cast<char*>(head), sizeof head)) return messages;
+    const std::size_t length = head[0] | head[1] << 8U | head[2] << 16U | static_cast<std::size_t>(head[3]) << 24U;
+    EXPECT_LE(length, kMaxBoothMessage);
+    std::string text(std::min<std::size_t>(length, kMaxBoothMessage), ' ');
+    if (!take(text.data(), text.size())) return messages;
+    auto message = DecodeMessage(text);
+    EXPECT_TRUE(message) << text;
+    if (!message) return messages;
+    messages.push_back(std::move(*message));
+    if (last(messages.back())) return messages;
   }
 }
 
