@@ -89,7 +89,7 @@ UsbResult<void> RecordedUsbPort::ClearHalt(std::uint8_t) {
   return {};
 }
 
-UsbCompletion RecordedUsbPort::Complete(std::deque<Pending>::iterator which, UsbStatus status) {
+UsbCompletion RecordedUsbPort::Complete(const std::deque<Pending>::iterator& which, UsbStatus status) {
   UsbCompletion completion;
   completion.token = which->token;
   completion.status = status;
@@ -125,9 +125,7 @@ void RecordedCanBus::Load(nanoseconds time, bus_record::CanLinkRead link) {
   links_.emplace_back(time, std::move(link));
 }
 
-void RecordedCanBus::Load(nanoseconds time, bus_record::CanReceived received) {
-  events_.push_back({time, std::move(received)});
-}
+void RecordedCanBus::Load(nanoseconds time, bus_record::CanReceived received) { events_.push_back({time, received}); }
 
 void RecordedCanBus::Load(nanoseconds time, CanFailed failed) {
   // The others happen only when the ring is opened again, which is not replayed.

@@ -55,7 +55,7 @@ class RecordedUsbPort final : public UsbPort {
   std::optional<bus_record::UsbControl> Answer(bool in, UsbRequest request);
   /// The failure of this call, if it failed.
   std::optional<UsbFailure> Refusal(bus_record::UsbRefused::Call call, std::uint64_t number);
-  UsbCompletion Complete(std::deque<Pending>::iterator which, UsbStatus status);
+  UsbCompletion Complete(const std::deque<Pending>::iterator& which, UsbStatus status);
 
   UsbIdentity identity_;
   ManualClock& clock_;

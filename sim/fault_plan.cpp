@@ -180,7 +180,7 @@ Parsed<FaultArgs> ParseArgs(const Json& fault, const std::string& place, const F
       if (rule.need == Need::kMay) continue;
       return Object(place, name + " is missing", "give " + name);
     }
-    const auto value = ParseArg(*found, place + "." + name, rule);
+    const auto value = ParseArg(*found, (place + ".").append(name), rule);
     if (!value) return tl::unexpected<Objection>(value.error());
     args.Set(rule.arg, *value);
   }

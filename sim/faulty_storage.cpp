@@ -157,7 +157,7 @@ class FaultyStorage::File final : public AppendFile {
   }
   Status Close() override {
     const Fate fate = faults_.Meet(Call::kClose);
-    const Status closed = file_->Close();
+    Status closed = file_->Close();
     RETURN_IF_ERROR(Failure("close " + path_, fate));
     return closed;
   }
