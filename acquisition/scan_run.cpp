@@ -59,6 +59,12 @@ class ScanRun {
   /// What a replay must know beside what the devices said.
   Status Tell(bus_record::Any record) { return sink_.AppendRaw(EncodeBusRecord(std::move(record), clock_.Now())); }
 
+  /// Tells the sink of a failure of the pipeline, and passes it on.
+  Status BadStamps(StampSource source, const Status& failed) {
+    sink_.OnBadStamps(source, failed.error());
+    return failed;
+  }
+
   Status ProveRing();
   Status Home();
   Status GoTo(double z_mm);
@@ -207,7 +213,7 @@ Status ScanRun::SampleAxis() {
   if (!position->fresh) return {};
   position_ = *position;
   const auto time = pipeline_.AddPosition(position_);
-  if (!time) return Fail(time);
+  if (!time) return BadStamps(StampSource::kDrive, Fail(time));
   return *time ? sink_.AppendAxis(**time, position_.z.value()) : Status{};
 }
 
@@ -220,7 +226,9 @@ Status ScanRun::Watch() {
 Status ScanRun::ReadBoardClock() {
   const auto exchange = ring_.ReadClock(next_board_);
   if (!exchange) return Fail(exchange);
-  RETURN_IF_ERROR(pipeline_.AddBoardClock(next_board_, *exchange));
+  if (const Status added = pipeline_.AddBoardClock(next_board_, *exchange); !added) {
+    return BadStamps(StampSource::kBoard, added);
+  }
   next_board_ = (next_board_ + 1) % ring_.boards().size();
   return {};
 }
@@ -244,7 +252,7 @@ Status ScanRun::Step() {
 
 Status ScanRun::TakeLevel(RingLevel level) {
   RETURN_IF_ERROR(Tell(bus_record::HandedOn{true}));
-  RETURN_IF_ERROR(pipeline_.AddLevel(std::move(level)));
+  if (const Status added = pipeline_.AddLevel(std::move(level)); !added) return BadStamps(StampSource::kBoard, added);
   return HandOn();
 }
 

@@ -45,6 +45,9 @@ struct ScanSummary {
 Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, ScanSink& sink, Clock& clock,
                             const TaskContext& task);
 
+/// The fast coarse sweep from the axis' top by which FindSubjectTop searches.
+[[nodiscard]] ScanPlan SearchPlan(const AxisLimits& limits);
+
 /// Height of the highest thing in the ring, found by a fast coarse sweep from the axis' top (5 mm per level). Same
 /// preconditions and stops as RunScan. Fails when nothing is found or on a stop request.
 Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task);

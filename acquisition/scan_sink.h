@@ -40,6 +40,9 @@ struct SafetyLines {
   bool operator==(const SafetyLines&) const = default;
 };
 
+/// Whose time stamps.
+enum class StampSource { kBoard, kDrive };
+
 /// Where a running scan puts what it takes. A failure stops the scan. Thread-bound.
 class ScanSink {
  public:
@@ -59,6 +62,11 @@ class ScanSink {
   virtual Status AppendSafety(const SafetyLines& lines) {
     static_cast<void>(lines);
     return {};
+  }
+  /// A clock of the machine says what cannot be; the scan ends with this error.
+  virtual void OnBadStamps(StampSource source, const Error& error) {
+    static_cast<void>(source);
+    static_cast<void>(error);
   }
   /// Nothing more comes of the plan: brings all of it to the disk. False: not there yet, call again. Never waits.
   /// Raw bytes and positions that come between the calls do not count.

@@ -16,11 +16,6 @@ constexpr std::chrono::milliseconds kKeyReleased{300};  ///< Without a call for 
 constexpr std::size_t kMostNotes = 10'000;
 constexpr std::size_t kMostWarnings = 20;
 
-const char* JobText(bool busy, int job) {
-  constexpr const char* kTexts[] = {"", "home", "arm", "scan", "jog", "recover"};
-  return busy ? kTexts[job] : "";
-}
-
 }  // namespace
 
 bool ArmReport::passed() const {
@@ -115,13 +110,30 @@ void Scanner::State::Fault(const ScanCause& cause) {
 
 // --- orders ---
 
+const char* Scanner::State::JobText(Job job) {
+  switch (job) {
+    case Job::kHome:
+      return "home";
+    case Job::kArm:
+      return "arm";
+    case Job::kScan:
+      return "scan";
+    case Job::kJog:
+      return "jog";
+    case Job::kRecover:
+      return "recover";
+    case Job::kNone:
+      break;
+  }
+  return "";
+}
+
 Status Scanner::State::Order(Job job, const ScanEvent& event) {
   const std::scoped_lock lock(mutex);
   RETURN_IF_ERROR(machine.MayOrder(event.kind));
   if (!relay_tested) return relay_tested;  // nothing stops the machine if the program dies
   if (order != Job::kNone || running != Job::kNone) {
-    return Fail(ScanOrderText(event.kind),
-                std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
+    return Fail(ScanOrderText(event.kind), std::string("the booth still does something: ") + JobText(running),
                 "wait a moment, then try again");
   }
   job_stop = std::stop_source();
@@ -136,8 +148,7 @@ Status Scanner::State::OrderArm(ArmRequest the_request) {
     RETURN_IF_ERROR(machine.MayOrder(ScanEventKind::kArmed));
   }
   if (order != Job::kNone || running != Job::kNone) {
-    return Fail("arm a scan",
-                std::string("the booth still does something: ") + JobText(true, static_cast<int>(running)),
+    return Fail("arm a scan", std::string("the booth still does something: ") + JobText(running),
                 "wait a moment, then try again");
   }
   job_stop = std::stop_source();
@@ -216,8 +227,7 @@ ScannerStatus Scanner::State::Report() const {
   status.held_by = reading.held_by;
   status.chain = notices;
   status.warnings = warnings;
-  status.job =
-      JobText(order != Job::kNone || running != Job::kNone, static_cast<int>(running != Job::kNone ? running : order));
+  status.job = JobText(running != Job::kNone ? running : order);
   status.stage = stage;
   status.done = done;
   status.total = total;

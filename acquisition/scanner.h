@@ -51,11 +51,12 @@ struct ScanResult {
   Status status;             ///< An error if it did not come to its end, except by Cancel.
   ScanPlan plan;
   ScanSummary summary;
-  bool complete = false;               ///< Every level of the plan, durable (I10).
-  bool recorded = false;               ///< There is a file.
-  std::string recording;               ///< Its path; of an interrupted scan, too.
-  std::optional<Millimetres> top;      ///< Of a search.
-  std::optional<ScanQuality> quality;  ///< Of a scan that was recorded.
+  bool complete = false;           ///< Every level of the plan, durable (I10).
+  bool recorded = false;           ///< There is a file.
+  std::string recording;           ///< Its path; of an interrupted scan, too.
+  std::optional<Millimetres> top;  ///< Of a search.
+  /// Shared, because everybody who looks at the status would copy the whole map, with the scanner held up meanwhile.
+  std::shared_ptr<const ScanQuality> quality;  ///< Of a scan that was recorded.
 };
 
 /// What anybody may know.

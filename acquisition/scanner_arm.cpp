@@ -15,7 +15,8 @@ using In = InterlockInput;
 constexpr milliseconds kFirstLevel{500};
 constexpr int kProvingLevels = 2;
 constexpr std::uint64_t kScansOfSpace = 5;
-constexpr std::chrono::seconds kArmPatience{2};  ///< The same, when a scan is wanted.
+constexpr std::chrono::seconds kArmPatience{2};  ///< With boards that were lost.
+constexpr double kProvingRateHz = 30.0;
 /// A wall clock before this was never set.
 constexpr nanoseconds kClockSane = std::chrono::seconds(946'684'800);
 
@@ -107,9 +108,7 @@ Status Scanner::State::Check(ArmReport& report) {
   check("ring", ProveRing());
   Status planned;
   if (armed.search) {
-    plan = {};
-    plan.speed_mm_s = 100.0;
-    plan.z_top_mm = axis.identity().limits.z_max.value();
+    plan = SearchPlan(axis.identity().limits);
   } else {
     const PlanCheck checked = ValidatePlan(armed.plan, axis.identity().limits, ring.limits());
     plan = checked.plan;
@@ -137,9 +136,9 @@ Status Scanner::State::ProveRing() {
     proving = true;
   }
   const auto prove = [this]() -> Status {
-    RETURN_IF_ERROR(devices.ring.Start(devices.ring.limits().min_level_rate.value() > 10.0
-                                           ? devices.ring.limits().min_level_rate
-                                           : Hertz(std::min(30.0, devices.ring.limits().max_level_rate.value()))));
+    const RingLimits& limits = devices.ring.limits();
+    RETURN_IF_ERROR(devices.ring.Start(
+        Hertz(std::clamp(kProvingRateHz, limits.min_level_rate.value(), limits.max_level_rate.value()))));
     for (int i = 0; i < kProvingLevels; ++i) {
       if (const auto level = devices.ring.NextLevel(devices.clock.Now() + kFirstLevel); !level) return Fail(level);
     }

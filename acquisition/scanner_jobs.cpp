@@ -339,7 +339,6 @@ void Scanner::State::OnPower(bool on) {
 void Scanner::State::OnPosition(const AxisPosition& seen) {
   const std::scoped_lock lock(mutex);
   position = seen;
-  position_known = true;
   at_rest = !seen.moving;
 }
 

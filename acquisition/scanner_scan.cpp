@@ -11,16 +11,9 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::seconds kSettlePatience{9};  ///< With the disk, after the last level.
 
-/// What stopped a scan if neither a device nor the disk has told it: stamps that cannot be, or a bug.
-CauseCode CodeOf(const Error& error) {
-  const bool of_a_board = error.seen.find("ring board") != std::string::npos;
-  return of_a_board ? CauseCode::kSensorData : CauseCode::kInternal;
-}
-
 }  // namespace
 
 void Scanner::State::Search() {
-  Result<ScanSummary> summary = ScanSummary{};
   const auto top = FindSubjectTop(ring, axis, devices.clock, Task());
   ScanResult found;
   found.number = ++scan_number;
@@ -63,7 +56,7 @@ void Scanner::State::Conclude(Result<ScanSummary> summary) {
     ended.summary.levels = static_cast<std::uint32_t>(writer->level_count());
     // Told already if a device or the disk failed, and no fault if it was refused because of a stop between two steps.
     if (!Stopping()) {
-      Fault({settling_since ? CauseCode::kStorage : CodeOf(summary.error()),
+      Fault({settling_since ? CauseCode::kStorage : CauseCode::kInternal,
              summary.error().attempted + ": " + summary.error().seen, summary.error().advice, devices.clock.Now()});
     }
   }
@@ -96,7 +89,7 @@ void Scanner::State::EndRecording(ScanResult& ended) {
   if (!ended.status) {
     static_cast<void>(writer->AppendEvent(devices.clock.Now(), "stopped: " + ended.status.error().seen));
   }
-  ended.quality = quality->Assess();
+  ended.quality = std::make_shared<const ScanQuality>(quality->Assess());
   static_cast<void>(writer->AppendEvent(devices.clock.Now(), "quality: " + JsonFromQuality(*ended.quality)));
   const Status finished = Kept(writer->Finish());
   ended.recorded = true;
@@ -137,23 +130,23 @@ Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(Kept(writer->AppendLevel(level)));
   if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
   if (options.on_level) options.on_level(level);
-  return JudgeQuality(level);
+  JudgeQuality(level);
+  return {};
 }
 
-Status Scanner::State::JudgeQuality(const ScanLevel& level) {
+void Scanner::State::JudgeQuality(const ScanLevel& level) {
   quality->Add(level);
   const LiveQuality now = quality->live();
   {
     const std::scoped_lock lock(mutex);
     live = now;
   }
-  if (now.sensors_verdict != SensorsVerdict::kRefuse) return {};
+  if (now.sensors_verdict != SensorsVerdict::kRefuse) return;
   std::string dead;
   for (const std::size_t sensor : now.dead) dead += (dead.empty() ? "" : ", ") + std::to_string(sensor);
   // The level itself is recorded and counts; the cause stops the scan.
   Fault({CauseCode::kSensorsDead, "too many sensors see nothing: " + dead,
          "clean their windows; if that does not help, have the boards looked at", devices.clock.Now()});
-  return {};
 }
 
 Status Scanner::State::AppendAxis(nanoseconds time, double z_mm) { return Kept(writer->AppendAxis(time, z_mm)); }
@@ -165,6 +158,11 @@ Status Scanner::State::AppendEvent(nanoseconds time, const std::string& text) {
 Status Scanner::State::AppendRaw(RawRecord record) {
   // Without taps nothing could be replayed.
   return devices.tap == nullptr ? Status{} : Kept(writer->AppendRaw(std::move(record)));
+}
+
+void Scanner::State::OnBadStamps(StampSource source, const Error& error) {
+  const CauseCode code = source == StampSource::kBoard ? CauseCode::kSensorData : CauseCode::kAxisFault;
+  Fault({code, error.attempted + ": " + error.seen, error.advice, clock.Now()});
 }
 
 Result<bool> Scanner::State::Settle() {

@@ -22,6 +22,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   // --- orders (any thread) ---
 
   enum class Job { kNone, kHome, kArm, kScan, kJog, kRecover };
+  [[nodiscard]] static const char* JobText(Job job);
   Status Order(Job job, const ScanEvent& event);
   Status OrderArm(ArmRequest request);
   Status OrderJog(JogDirection direction);
@@ -83,8 +84,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void Search();
   void Conclude(Result<ScanSummary> summary);
   void EndRecording(ScanResult& result);
-  /// Looks at what the sensors see; an Error if too many see nothing.
-  Status JudgeQuality(const ScanLevel& level);
+  /// Looks at what the sensors see; a fault if too many see nothing.
+  void JudgeQuality(const ScanLevel& level);
   Status Jog();
   void Recover();
   Status ReopenDevices(std::chrono::nanoseconds patience);
@@ -112,6 +113,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status AppendAxis(std::chrono::nanoseconds time, double z_mm) override;
   Status AppendEvent(std::chrono::nanoseconds time, const std::string& text) override;
   Status AppendRaw(RawRecord record) override;
+  void OnBadStamps(StampSource source, const Error& error) override;
   Result<bool> Settle() override;
 
   ScannerDevices devices;
@@ -142,7 +144,6 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   double done = 0.0;
   double total = 0.0;
   AxisPosition position;
-  bool position_known = false;
   bool powered = false;                    ///< The axis may have power, as the worker knows.
   bool at_rest = true;                     ///< The last reading said that it stands.
   bool enable_ordered = false;             ///< As the interlock was told.

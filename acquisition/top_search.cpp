@@ -50,8 +50,7 @@ class TopFinder final : public ScanSink {
 
 }  // namespace
 
-Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task) {
-  const AxisLimits& limits = axis.identity().limits;
+ScanPlan SearchPlan(const AxisLimits& limits) {
   ScanPlan plan;
   plan.profile = "search";
   plan.pitch_mm = kSearchPitchMm;
@@ -60,6 +59,11 @@ Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock
   const double run_up = RunUp(plan, limits).value();
   plan.z_top_mm = limits.z_max.value() - run_up;
   plan.z_bottom_mm = std::max(0.0, limits.z_min.value() + run_up);
+  return plan;
+}
+
+Result<Millimetres> FindSubjectTop(RangeRing& ring, ScanAxis& axis, Clock& clock, const TaskContext& task) {
+  const ScanPlan plan = SearchPlan(axis.identity().limits);
   TopFinder finder;
   const std::stop_callback pass_on(task.stop, [&finder] { finder.stop().request_stop(); });
   const auto searched = RunScan(ring, axis, plan, finder, clock, {task.progress, finder.stop().get_token()});

@@ -243,7 +243,7 @@ Result<ScanOutcome> ScanJobRun::Run() {
   outcome_.summary = taken->summary;
   if (taken->number == 0) outcome_.summary.cancelled = true;  // stopped before it was started
   outcome_.recorded = taken->recorded;
-  outcome_.quality = taken->quality;
+  if (taken->quality) outcome_.quality = *taken->quality;
   return outcome_;
 }
 
