@@ -13,8 +13,6 @@ using Kind = FaultKind;
 constexpr std::uint64_t kForCan = 0x63616e00;
 constexpr std::uint32_t kIntruderSerial = 9001;
 
-nanoseconds PeriodOf(const Fault& fault) { return nanoseconds(std::llround(1e9 / fault.Value(FaultArg::kRateHz))); }
-
 }  // namespace
 
 /// A station that talks all the time.
@@ -122,10 +120,10 @@ void CanFaultActor::BeginOnBus(std::size_t bus, const Fault& fault, nanoseconds 
       const bool passive = fault.Whole(FaultArg::kErrorState) == 1;
       report.state = passive ? CanState::kErrorPassive : CanState::kErrorWarning;
       report.receive_errors = passive ? 130 : 100;
-      return faulty.ReportBetween(from, to, PeriodOf(fault), report);
+      return faulty.ReportBetween(from, to, fault.Period(), report);
     }
     case Kind::kCanFlood:
-      return babblers_.at(bus)->BabbleBetween(from, to, PeriodOf(fault),
+      return babblers_.at(bus)->BabbleBetween(from, to, fault.Period(),
                                               static_cast<std::uint32_t>(fault.Whole(FaultArg::kId)));
     default:
       return;

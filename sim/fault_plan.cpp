@@ -330,6 +330,10 @@ double Fault::Value(FaultArg arg) const {
   return 0.0;
 }
 
+std::chrono::nanoseconds Fault::Period() const {
+  return std::chrono::nanoseconds(std::llround(1e9 / Value(FaultArg::kRateHz)));
+}
+
 std::uint64_t Fault::Whole(FaultArg arg) const { return static_cast<std::uint64_t>(Value(arg)); }
 
 std::optional<std::uint64_t> Fault::Choice(FaultArg arg) const {

@@ -55,6 +55,8 @@ struct Fault {
   [[nodiscard]] double Value(FaultArg arg) const;
   /// The same as a whole number.
   [[nodiscard]] std::uint64_t Whole(FaultArg arg) const;
+  /// 1 / rate_hz.
+  [[nodiscard]] std::chrono::nanoseconds Period() const;
   /// An argument that need not be given and has no default.
   [[nodiscard]] std::optional<std::uint64_t> Choice(FaultArg arg) const;
 

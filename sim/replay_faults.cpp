@@ -18,8 +18,6 @@ using Kind = FaultKind;
 constexpr std::uint64_t kForUsb = 0x72757362;
 constexpr std::uint64_t kForCan = 0x7263616e;
 
-nanoseconds PeriodOf(const Fault& fault) { return nanoseconds(std::llround(1e9 / fault.Value(FaultArg::kRateHz))); }
-
 /// Whether it can go wrong behind a recording.
 bool Touches(Kind kind) {
   switch (kind) {
@@ -183,11 +181,11 @@ class ReplayFaults::Bus {
         return faulty_.ReportAt(from, report);
       case Kind::kCanErrorStates:
         report.state = fault.Whole(FaultArg::kErrorState) == 1 ? CanState::kErrorPassive : CanState::kErrorWarning;
-        return faulty_.ReportBetween(from, to, PeriodOf(fault), report);
+        return faulty_.ReportBetween(from, to, fault.Period(), report);
       case Kind::kCanFlood:
         frame.id = static_cast<std::uint32_t>(fault.Whole(FaultArg::kId));
         frame.size = 8;
-        return faulty_.FloodBetween(from, to, PeriodOf(fault), frame);
+        return faulty_.FloodBetween(from, to, fault.Period(), frame);
       default:
         holding_[fault_number] = fault;
         return Rebuild();

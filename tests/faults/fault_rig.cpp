@@ -147,7 +147,8 @@ void FaultRig::Tick() {
     last_tick_ = clock_.Now();
   }
   watch_.BeforeTick();
-  if (life_.alive && ticking_ && clock_.Now() >= late_until_) {
+  const bool skipped = skipped_ticks_ > 0 && skipped_ticks_-- > 0;
+  if (life_.alive && ticking_ && !skipped && clock_.Now() >= late_until_) {
     {
       const ProgramScope in_the_program(ProgramScope::Code::kProgram);
       scanner_->Tick();

@@ -91,7 +91,9 @@ class FaultRig {
   void HangWorkerFirst(nanoseconds time);
   void KillWorker() { life_.worker_alive = false; }
   void KillControl() { ticking_ = false; }
-  /// The control thread does not get on for this long from the next tick on; the worker does.
+  /// The next ticks do not happen; each makes the gap 10 ms longer.
+  void SkipTicks(int count) { skipped_ticks_ = count; }
+  /// The control thread does not get on for this long from now on; the worker does.
   void DelayTicks(nanoseconds time) { late_until_ = clock_.Now() + time; }
 
   [[nodiscard]] Scanner& scanner() { return *scanner_; }
@@ -168,6 +170,7 @@ class FaultRig {
   bool hot_ = false;  ///< As the computer says.
   nanoseconds hang_{0};
   nanoseconds late_until_{-1};
+  int skipped_ticks_ = 0;  ///< Still to be skipped.
   nanoseconds last_tick_{-1};
   nanoseconds next_act_{0};
   int resets_left_ = 0;
