@@ -381,6 +381,7 @@ void FaultRig::HangWorkerFirst(nanoseconds time) {
 
 void FaultRig::Kill() {
   life_.alive = false;
+  was_killed_ = true;
   watch_.Watch(nullptr);
 }
 

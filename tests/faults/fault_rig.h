@@ -96,6 +96,7 @@ class FaultRig {
   /// The control thread does not get on for this long from now on; the worker does.
   void DelayTicks(nanoseconds time) { late_until_ = clock_.Now() + time; }
 
+  [[nodiscard]] bool was_killed() const { return was_killed_; }
   [[nodiscard]] Scanner& scanner() { return *scanner_; }
   [[nodiscard]] ScannerStatus status() const { return scanner_->status(); }
   [[nodiscard]] ScanState state() const { return scanner_->status().state; }
@@ -170,6 +171,7 @@ class FaultRig {
   bool hot_ = false;  ///< As the computer says.
   nanoseconds hang_{0};
   nanoseconds late_until_{-1};
+  bool was_killed_ = false;
   int skipped_ticks_ = 0;  ///< Still to be skipped.
   nanoseconds last_tick_{-1};
   nanoseconds next_act_{0};
