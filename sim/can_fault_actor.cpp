@@ -102,26 +102,38 @@ void CanFaultActor::Begin(std::size_t number, const Fault& fault, nanoseconds fr
   }
 }
 
-void CanFaultActor::BeginOnBus(std::size_t bus, const Fault& fault, nanoseconds from, nanoseconds to) {
-  FaultyCanBus& faulty = *faulty_[bus];
+bool BeginOnInterface(FaultyCanBus& bus, const Fault& fault, nanoseconds from, nanoseconds to) {
   switch (fault.kind) {
     case Kind::kCanOverflow:
-      return faulty.OverflowBy(fault.Whole(FaultArg::kFrames));
+      bus.OverflowBy(fault.Whole(FaultArg::kFrames));
+      return true;
     case Kind::kCanQueueFull:
-      return faulty.RefuseSendsBetween(from, to, CanFault::kQueueFull);
+      bus.RefuseSendsBetween(from, to, CanFault::kQueueFull);
+      return true;
     case Kind::kCanDown:
-      return faulty.BreakBetween(from, to, CanFault::kDown);
+      bus.BreakBetween(from, to, CanFault::kDown);
+      return true;
     case Kind::kCanGone:
-      return faulty.BreakBetween(from, to, CanFault::kGone);
-    case Kind::kCanBusOff:
-      return ground_.booth.can_wire(bus).DisturbBetween(from, to);
+      bus.BreakBetween(from, to, CanFault::kGone);
+      return true;
     case Kind::kCanErrorStates: {
       CanReport report;
       const bool passive = fault.Whole(FaultArg::kErrorState) == 1;
       report.state = passive ? CanState::kErrorPassive : CanState::kErrorWarning;
       report.receive_errors = passive ? 130 : 100;
-      return faulty.ReportBetween(from, to, fault.Period(), report);
+      bus.ReportBetween(from, to, fault.Period(), report);
+      return true;
     }
+    default:
+      return false;
+  }
+}
+
+void CanFaultActor::BeginOnBus(std::size_t bus, const Fault& fault, nanoseconds from, nanoseconds to) {
+  if (BeginOnInterface(*faulty_[bus], fault, from, to)) return;
+  switch (fault.kind) {
+    case Kind::kCanBusOff:
+      return ground_.booth.can_wire(bus).DisturbBetween(from, to);
     case Kind::kCanFlood:
       return babblers_.at(bus)->BabbleBetween(from, to, fault.Period(),
                                               static_cast<std::uint32_t>(fault.Whole(FaultArg::kId)));

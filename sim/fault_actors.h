@@ -107,6 +107,11 @@ class UsbFaultActor final : public FaultActor {
   std::vector<std::unique_ptr<FaultyUsbPort>> ports_;
 };
 
+/// What a fault does to one interface of the host, the same before a bus and before a recorded one: lost frames, a full
+/// queue, an interface down or gone, reported error states. False: the fault is none of these.
+bool BeginOnInterface(FaultyCanBus& bus, const Fault& fault, std::chrono::nanoseconds from,
+                      std::chrono::nanoseconds to);
+
 /// CAN buses, and the boards' controllers.
 class CanFaultActor final : public FaultActor {
  public:

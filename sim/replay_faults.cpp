@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "sim/fault_actors.h"
 #include "sim/faulty_can_bus.h"
 #include "sim/faulty_usb_port.h"
 #include "sim/world.h"
@@ -165,23 +166,13 @@ class ReplayFaults::Bus {
   [[nodiscard]] FaultyCanBus& bus() { return faulty_; }
   void Begin(std::size_t fault_number, const Fault& fault, nanoseconds from, nanoseconds to) {
     if (!Meets(fault, FaultArg::kBus, number_)) return;
+    if (BeginOnInterface(faulty_, fault, from, to)) return;
     CanReport report;
     CanFrame frame;
     switch (fault.kind) {
-      case Kind::kCanOverflow:
-        return faulty_.OverflowBy(fault.Whole(FaultArg::kFrames));
-      case Kind::kCanQueueFull:
-        return faulty_.RefuseSendsBetween(from, to, CanFault::kQueueFull);
-      case Kind::kCanDown:
-        return faulty_.BreakBetween(from, to, CanFault::kDown);
-      case Kind::kCanGone:
-        return faulty_.BreakBetween(from, to, CanFault::kGone);
       case Kind::kCanBusOff:
         report.state = CanState::kBusOff;
         return faulty_.ReportAt(from, report);
-      case Kind::kCanErrorStates:
-        report.state = fault.Whole(FaultArg::kErrorState) == 1 ? CanState::kErrorPassive : CanState::kErrorWarning;
-        return faulty_.ReportBetween(from, to, fault.Period(), report);
       case Kind::kCanFlood:
         frame.id = static_cast<std::uint32_t>(fault.Whole(FaultArg::kId));
         frame.size = 8;

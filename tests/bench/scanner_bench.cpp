@@ -62,6 +62,7 @@ class WorkingBooth {
     const auto scan = scanner_->status().scan;
     return scan && scan->complete;
   }
+  [[nodiscard]] ScannerStatus status() const { return scanner_->status(); }
   [[nodiscard]] std::vector<double>& tick_us() { return tick_us_; }
   [[nodiscard]] double virtual_seconds() const { return std::chrono::duration<double>(clock_.Now()).count(); }
 
@@ -105,6 +106,17 @@ void WholeSimulatedScan(benchmark::State& state) {
   state.counters["simulated_s"] = simulated;
 }
 BENCHMARK(WholeSimulatedScan)->Unit(benchmark::kMillisecond);
+
+/// What whoever looks at the booth costs it, after a scan: the control tick waits for the same mutex.
+void StatusAfterAScan(benchmark::State& state) {
+  ScanPlan plan = *BuiltInPlan("body", std::nullopt);
+  plan.pitch_mm = plan.sweep_pitch_mm();
+  plan.sweeps = 2;
+  WorkingBooth booth;
+  if (!booth.ScanOnce(plan)) state.SkipWithError("the scan was not complete");
+  for (auto unused : state) benchmark::DoNotOptimize(booth.status());
+}
+BENCHMARK(StatusAfterAScan)->Unit(benchmark::kMicrosecond);
 
 /// What live quality takes of a level of 180 sensors.
 void QualityOfALevel(benchmark::State& state) {
