@@ -24,7 +24,7 @@ QualityGrid::QualityGrid(const RingCalibration& calibration) {
     const Ray ray = calibration.RayOf(sensor, 0.0);
     const double level = ray.direction.head<2>().squaredNorm();
     const double to_axis = level > 0.0 ? -ray.origin.head<2>().dot(ray.direction.head<2>()) / level : s.radius_mm;
-    sensors_.push_back({s.range_offset_mm, s.range_scale, to_axis});
+    sensors_.push_back({s, to_axis});
   }
 }
 
@@ -44,7 +44,7 @@ void QualityGrid::Add(const ScanLevel& level) {
       ++z_count;
     }
     const Sensor& s = sensors_[sensor];
-    const double distance = reading.range_mm * s.scale + s.offset;
+    const double distance = s.calibration.Distance(reading.range_mm);
     if (!std::isfinite(distance) || reading.range_mm <= 0.0) continue;
     radius_[first + column_of_sensor_[sensor]] = static_cast<float>(s.to_axis - distance);
     quality_[first + column_of_sensor_[sensor]] = reading.quality;

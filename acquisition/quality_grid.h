@@ -59,7 +59,8 @@ class QualityGrid {
 
  private:
   struct Sensor {
-    double offset, scale, to_axis;
+    SensorCalibration calibration;
+    double to_axis;
   };
   std::vector<Sensor> sensors_;  ///< By sensor.
   std::vector<std::size_t> column_of_sensor_, sensor_of_column_;

@@ -34,7 +34,7 @@ std::optional<CalibratedReturn> Calibrate(const RingCalibration& calibration, st
                                           const RangeReading& reading) {
   if (!std::isfinite(reading.range_mm) || reading.range_mm <= 0.0) return std::nullopt;
   const SensorCalibration& corrected = calibration.sensors[sensor];
-  const double distance = reading.range_mm * corrected.range_scale + corrected.range_offset_mm;
+  const double distance = corrected.Distance(reading.range_mm);
   const Ray ray = calibration.RayOf(sensor, reading.z_mm);
   if (!(distance > 0.0 && distance < DistanceToAxis(ray))) return std::nullopt;
   return CalibratedReturn{ray.origin + distance * ray.direction, ray.direction};

@@ -76,7 +76,7 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
     }
     // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).
     const SensorCalibration& own = world_.ring.sensors[sensor];
-    const double raw_um = std::round((reading.range_mm - own.range_offset_mm) / own.range_scale * 1000.0);
+    const double raw_um = std::round(own.ReadingOf(reading.range_mm) * 1000.0);
     const bool returned = raw_um >= 0.0 && raw_um < static_cast<double>(kNoReturn);
     frame.range_um[i] = returned ? static_cast<std::uint32_t>(raw_um) : kNoReturn;
     frame.quality[i] = returned ? reading.quality : std::uint8_t{0};
