@@ -358,9 +358,9 @@ void Calibrator::Describe() {
   FindFaults(setup_, solution_);
   solution_.corrections = state_.ring;
   FixGauge(start_, solution_.corrections);
-  auto uncertainty = std::move(solution_.calibration.uncertainty);
+  const CalibrationUncertainty uncertainty = *solution_.calibration.uncertainty;
   solution_.calibration = Corrected(start_, solution_.corrections);
-  solution_.calibration.uncertainty = std::move(uncertainty);
+  solution_.calibration.uncertainty = uncertainty;
   solution_.calibration.certificate.clear();
 }
 

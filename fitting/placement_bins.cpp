@@ -1,6 +1,7 @@
 #include "fitting/placement_bins.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,5 +1,7 @@
 #include "fitting/ring_findings.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -66,13 +66,11 @@ void FollowBeam(const CalibrationSetup& setup, const TargetBin& bin, const Beam&
   const auto turned = [&](const Eigen::Vector3d& axis) {
     return g.dot(axis.cross(beam.in_ring + distance * beam.ray.direction));
   };
-  row.by_sensor.setZero();
   row.by_sensor[kRadial] = g.dot(beam.e_r);
   row.by_sensor[kTangential] = g.dot(beam.e_t);
   row.by_sensor[kHeight] = g.dot(beam.e_z);
   row.by_sensor[kLateral] = distance / kWorkingDistance * g.dot(beam.by_lateral);
   row.by_sensor[kVertical] = distance / kWorkingDistance * g.dot(beam.by_vertical);
-  row.by_ring.setZero();
   row.by_ring[ring_unknown::kTiltX] = turned(beam.axis_x);
   row.by_ring[ring_unknown::kTiltY] = turned(beam.axis_y);
   row.by_ring[ring_unknown::kHeightScale] = g.z() * bin.z_mm;
@@ -181,10 +179,6 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
   const Beam beam = BeamOf(setup, bin, u, path);
   const double measured = MeasuredDistance(setup, placement, bin, u);
   row = BinRow{};
-  row.by_pose.setZero();
-  row.by_form.setZero();
-  row.by_knot.setZero();
-  row.by_next_knot.setZero();
   row.knot = knot;
   if (bin.edge >= 0) {
     // How high over the target's foot the beam passed the edge, less what the target says.
@@ -205,11 +199,7 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
     return true;
   }
   const auto hit = MeetTarget(target, form, pose, beam.ray);
-  if (!hit) {
-    row.by_sensor.setZero();
-    row.by_ring.setZero();
-    return false;
-  }
+  if (!hit) return false;
   const Eigen::Vector3d g = hit->gradient / hit->gradient.dot(beam.ray.direction);  // minus it: expected distance
   row.residual = measured - hit->distance;
   FollowBeam(setup, bin, beam, hit->distance, g, row);
