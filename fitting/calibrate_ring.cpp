@@ -27,8 +27,7 @@ class BinCost final : public ceres::SizedCostFunction<1, sensor_unknown::kCount,
 
   bool Evaluate(double const* const* u, double* residual, double** jacobians) const override {
     BinRow row;
-    const bool met =
-        EvaluateBin(setup_, placement_, bin_, knots_, {u[0], u[1], u[2], u[3], u[4], u[5]}, row);
+    const bool met = EvaluateBin(setup_, placement_, bin_, knots_, {u[0], u[1], u[2], u[3], u[4], u[5]}, row);
     // A beam that misses the target in a trial state: as far off as its edge, so that the step is not believed.
     constexpr double kMissed = 1e3;
     residual[0] = met ? row.residual : kMissed;
@@ -252,7 +251,8 @@ Status Calibrator::Solve() {
   options.linear_solver_ordering.reset(ordering);
   options.num_threads = options_.threads;
   options.max_num_iterations = 40;
-  options.function_tolerance = 1e-8;
+  options.initial_trust_region_radius = 1e8;  // nearly linear, and priors make it well posed
+  options.function_tolerance = 1e-9;
   options.logging_type = ceres::SILENT;
   Watcher watcher(context_);
   options.callbacks.push_back(&watcher);
@@ -273,7 +273,7 @@ Status Calibrator::Solve() {
 void Calibrator::DropNeedlessTerms() {
   solution_.quadratic = false;
   if (ring_held_[ring_unknown::kQuadratic]) return;
-  constexpr double kNeeded = 4.0;  // sds
+  constexpr double kNeeded = 2.0;  // sds; what is left out wrongly is then within the uncertainty
   const RingCovariance covariance(setup_, state_, priors_, held_);
   RingFunctional f = covariance.Zero();
   f.by_shared[ring_unknown::kQuadratic] = 1.0;

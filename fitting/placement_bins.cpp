@@ -15,10 +15,10 @@ namespace {
 
 using Kind = CalibrationTarget::Kind;
 
-constexpr double kNearby = 15.0;      // mm: further from the target's surface is something else
-constexpr double kEdgeZone = 14.0;    // mm about an edge in which a beam that is aimed 1 degree wrong may see either step
-constexpr double kWild = 4.0;         // sd
-constexpr double kWildFloor = 1.0;    // mm
+constexpr double kNearby = 15.0;    // mm: further from the target's surface is something else
+constexpr double kEdgeZone = 14.0;  // mm about an edge in which a beam that is aimed 1 degree wrong may see either step
+constexpr double kWild = 4.0;       // sd
+constexpr double kWildFloor = 1.0;  // mm
 constexpr std::size_t kFewestInBin = 3;
 constexpr std::size_t kFewestBins = 40;
 
@@ -170,7 +170,8 @@ TargetMotion MotionBetweenSweeps(const RingCalibration& start, const std::vector
   }
   TargetMotion motion;
   for (auto first = slices.begin(); first != slices.end(); ++first) {
-    for (auto second = std::next(first); second != slices.end() && second->first.first == first->first.first; ++second) {
+    for (auto second = std::next(first); second != slices.end() && second->first.first == first->first.first;
+         ++second) {
       Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
       Eigen::Vector2d right = Eigen::Vector2d::Zero();
       for (std::size_t sensor = 0; sensor < by_sensor.size(); ++sensor) {

@@ -25,12 +25,12 @@ struct TargetReading {
 
 /// A scan of one target in one place.
 struct TargetScan {
-  std::string name;                      ///< For messages: the recording's name.
-  std::size_t target = 0;                ///< Index into the targets.
-  std::optional<double> turn;            ///< rad; how far the target was turned about its axis, as read off it.
-  std::optional<double> temperature_c;   ///< Of the target and the air; nothing: the target's certified temperature.
-  std::optional<double> ring_c;          ///< Of the ring; nothing: its reference temperature.
-  std::vector<TargetReading> readings;   ///< In the order of the scan; others than of the target are found out.
+  std::string name;                     ///< For messages: the recording's name.
+  std::size_t target = 0;               ///< Index into the targets.
+  std::optional<double> turn;           ///< rad; how far the target was turned about its axis, as read off it.
+  std::optional<double> temperature_c;  ///< Of the target and the air; nothing: the target's certified temperature.
+  std::optional<double> ring_c;         ///< Of the ring; nothing: its reference temperature.
+  std::vector<TargetReading> readings;  ///< In the order of the scan; others than of the target are found out.
 };
 
 /// Readings of one sensor over a few cm of height, put together.
@@ -59,10 +59,10 @@ struct PlacementBins {
   std::vector<TargetBin> bins;  ///< By sensor, then height.
   double z_low = 0.0;           ///< mm; heights of the target that were seen, reported.
   double z_high = 0.0;
-  double noise_mm = 0.0;        ///< sd of one full return about its bin's mean.
-  std::size_t readings = 0;     ///< That were used.
-  std::size_t rejected = 0;     ///< Near the target, but wild.
-  std::size_t elsewhere = 0;    ///< Of something else.
+  double noise_mm = 0.0;      ///< sd of one full return about its bin's mean.
+  std::size_t readings = 0;   ///< That were used.
+  std::size_t rejected = 0;   ///< Near the target, but wild.
+  std::size_t elsewhere = 0;  ///< Of something else.
   TargetMotion motion;
 };
 

@@ -13,9 +13,9 @@ namespace {
 using Kind = CalibrationTarget::Kind;
 using Vector7 = Eigen::Matrix<double, 7, 1>;  // the pose, then the radius
 
-constexpr std::size_t kFewestPoints = 24;    // of a section
+constexpr std::size_t kFewestPoints = 24;  // of a section
 constexpr std::size_t kFewestSections = 3;
-constexpr double kBoardThickness = 18.0;     // mm, to begin with
+constexpr double kBoardThickness = 18.0;  // mm, to begin with
 
 /// A circle through the points of one level, by Kasa's algebraic fit (1976).
 struct Section {
@@ -294,8 +294,9 @@ Result<PlacedTarget> FindPose(const RingCalibration& start, const CalibrationTar
   const std::string advice = "stand the target into the ring and nothing else, check its kind and radius, scan again";
   if (!pose) return Fail(attempted, "nothing of its shape and size was seen", advice);
   PlacedTarget placed{target, {}, *pose};
-  placed.form.radius_mm = target.kind == Kind::kPlane ? 0.5 * kBoardThickness
-                                                      : target.RadiusAt(scan.temperature_c.value_or(target.certified_c));
+  placed.form.radius_mm = target.kind == Kind::kPlane
+                              ? 0.5 * kBoardThickness
+                              : target.RadiusAt(scan.temperature_c.value_or(target.certified_c));
   if (target.kind == Kind::kStep) FindFoot(start, scan, placed);
   if (!Refine(start, scan, placed)) return Fail(attempted, "no place of it agrees with the readings", advice);
   if (target.kind != Kind::kPlane && scan.turn) placed.pose.turn = *scan.turn;

@@ -11,9 +11,9 @@ namespace annulus {
 
 /// Which unknowns keep their values in the solve and its covariance.
 struct HeldUnknowns {
-  std::vector<bool> sensors;                          ///< By sensor.
-  bool ring = false;                                  ///< Ring and carriage as a whole.
-  std::vector<std::array<bool, kPoseUnknowns>> poses; ///< By placement.
+  std::vector<bool> sensors;                           ///< By sensor.
+  bool ring = false;                                   ///< Ring and carriage as a whole.
+  std::vector<std::array<bool, kPoseUnknowns>> poses;  ///< By placement.
 };
 
 /// sds of the unknowns before anything is measured. Zero: exactly known.
@@ -27,8 +27,8 @@ struct PriorSigmas {
 [[nodiscard]] PriorSigmas PriorsOf(const RingTolerances& tolerances, const std::vector<CalibrationTarget>& targets,
                                    const std::vector<TargetScan>& scans);
 
-/// A linear combination of unknowns: by_sensor[i] for sensor i (empty: none), and what all share, in the order ring, path
-/// (x, y by knot), poses, forms.
+/// A linear combination of unknowns: by_sensor[i] for sensor i (empty: none), and what all share, in the order ring,
+/// path (x, y by knot), poses, forms.
 struct RingFunctional {
   std::vector<SensorUnknowns> by_sensor;
   Eigen::VectorXd by_shared;
@@ -41,9 +41,15 @@ class RingCovariance {
                  const HeldUnknowns& held);
 
   [[nodiscard]] Eigen::Index shared() const { return shared_; }
-  [[nodiscard]] Eigen::Index PathAt(std::size_t knot) const { return ring_unknown::kCount + 2 * static_cast<Eigen::Index>(knot); }
-  [[nodiscard]] Eigen::Index PoseAt(std::size_t placement) const { return poses_at_ + kPoseUnknowns * static_cast<Eigen::Index>(placement); }
-  [[nodiscard]] Eigen::Index FormAt(std::size_t target) const { return forms_at_ + kFormUnknowns * static_cast<Eigen::Index>(target); }
+  [[nodiscard]] Eigen::Index PathAt(std::size_t knot) const {
+    return ring_unknown::kCount + 2 * static_cast<Eigen::Index>(knot);
+  }
+  [[nodiscard]] Eigen::Index PoseAt(std::size_t placement) const {
+    return poses_at_ + kPoseUnknowns * static_cast<Eigen::Index>(placement);
+  }
+  [[nodiscard]] Eigen::Index FormAt(std::size_t target) const {
+    return forms_at_ + kFormUnknowns * static_cast<Eigen::Index>(target);
+  }
   /// A functional of zeros.
   [[nodiscard]] RingFunctional Zero() const;
 

@@ -23,9 +23,7 @@ std::string Text(const char* format, Numbers... numbers) {
   return text;
 }
 
-bool IsColumn(const CalibrationTarget& target) {
-  return target.kind == Kind::kCylinder || target.kind == Kind::kStep;
-}
+bool IsColumn(const CalibrationTarget& target) { return target.kind == Kind::kCylinder || target.kind == Kind::kStep; }
 
 struct BinnedMean {
   double sum = 0.0, weight = 0.0;
@@ -63,7 +61,8 @@ Trend TrendOf(const std::vector<BinResidual>& residuals, double low, double step
 }
 
 /// Mean of a per-sensor functional's posterior and prior variances over the free sensors, as sds.
-Observability PerSensor(const RingCovariance& covariance, const CalibrationSetup& setup, const SensorUnknowns& direction) {
+Observability PerSensor(const RingCovariance& covariance, const CalibrationSetup& setup,
+                        const SensorUnknowns& direction) {
   Observability result;
   result.unit = "mm";
   const std::size_t sensors = setup.start.sensors.size();
@@ -151,13 +150,14 @@ std::vector<Observability> ObserveRing(const CalibrationSetup& setup, const Ring
   }
   add(effective, "range of a sensor", "mm", "Radii of single sensors rest on the tolerances.");
   add(PerSensor(covariance, setup, direction(kOffset, kRadial, 1.0)), "offset against radial position", "mm",
-      "A longer offset and a sensor further out are the same to every reading: only their sum is known, and only it matters.");
+      "A longer offset and a sensor further out are the same to every reading: only their sum is known, and only it "
+      "matters.");
   add(PerSensor(covariance, setup, direction(kScale, -1, 0.0)), "range scale of a sensor", "mm per 100 mm",
       "Targets stood at too few distances: radii far from theirs are uncertain.");
   add(PerSensor(covariance, setup, direction(kTangential, kLateral, -1.0)), "lateral position at 450 mm", "mm",
       "No target stood off the centre: where beams point sideways rests on the tolerances.");
-  add(PerSensor(covariance, setup, direction(kTangential, kLateral, 1.0)), "tangential position against lateral aim", "mm",
-      "Only where a beam passes at 450 mm is known sideways, not both ends of it.");
+  add(PerSensor(covariance, setup, direction(kTangential, kLateral, 1.0)), "tangential position against lateral aim",
+      "mm", "Only where a beam passes at 450 mm is known sideways, not both ends of it.");
   add(PerSensor(covariance, setup, direction(kHeight, kVertical, 1.0)), "vertical position at 450 mm", "mm",
       "No target was tilted enough: where beams point in height rests on the tolerances.");
   add(PerSensor(covariance, setup, direction(kHeight, kVertical, -1.0)), "height against vertical aim", "mm",
@@ -177,7 +177,8 @@ std::vector<Observability> ObserveRing(const CalibrationSetup& setup, const Ring
   add(Shared(covariance, ring_unknown::kTiltX), "ring tilt about x", "rad", "No target was tilted enough.");
   add(Shared(covariance, ring_unknown::kTiltY), "ring tilt about y", "rad", "No target was tilted enough.");
   add(Shared(covariance, ring_unknown::kHeightScale), "z scale", "mm/mm",
-      "No target had edges at known heights: heights and volumes keep the drive's own scale. Scan a step gauge to know it.");
+      "No target had edges at known heights: heights and volumes keep the drive's own scale. Scan a step gauge to know "
+      "it.");
   add(Shared(covariance, ring_unknown::kPitch), "carriage pitch", "rad/mm",
       "A tilt of the carriage that changes along its way cannot be seen by targets of these shapes.");
   add(Shared(covariance, ring_unknown::kRoll), "carriage roll", "rad/mm",
@@ -211,18 +212,18 @@ void FillUncertainty(const CalibrationSetup& setup, const CalibrationState& stat
   constexpr Eigen::Index kModes = 8;
   const Eigen::Index kept = std::min(kModes, n);
   CalibrationUncertainty uncertainty;
-  uncertainty.together_mm = modes.eigenvectors().rightCols(kept) *
-                            modes.eigenvalues().tail(kept).cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  uncertainty.together_mm =
+      modes.eigenvectors().rightCols(kept) * modes.eigenvalues().tail(kept).cwiseMax(0.0).cwiseSqrt().asDiagonal();
   solution.sensor_sigma_mm = joint.diagonal().cwiseMax(0.0).cwiseSqrt();
   for (Eigen::Index i = 0; i < n; ++i) {
-    uncertainty.own_mm.push_back(
-        std::sqrt(std::max(0.0, joint(i, i) - uncertainty.together_mm.row(i).squaredNorm())));
+    uncertainty.own_mm.push_back(std::sqrt(std::max(0.0, joint(i, i) - uncertainty.together_mm.row(i).squaredNorm())));
   }
   uncertainty.distance_mm = kWorkingDistance;
   RingFunctional height = covariance.Zero();
   height.by_shared[ring_unknown::kHeightScale] = 1.0;
   uncertainty.height_scale_sigma = std::sqrt(covariance.Variance(height));
-  uncertainty.height_offset_sigma_mm = 0.0;  // heights are over the ring's own zero: its place over the floor is homing's
+  uncertainty.height_offset_sigma_mm =
+      0.0;  // heights are over the ring's own zero: its place over the floor is homing's
   solution.calibration.uncertainty = std::move(uncertainty);
   for (std::size_t i = 0; i < sensors; ++i) solution.sensor_covariance.push_back(covariance.OfSensor(i));
 
@@ -297,7 +298,8 @@ void FindPlacementFaults(const CalibrationSetup& setup, RingSolution& solution) 
     if (placement.motion.seen && placement.motion.largest_mm > std::max(0.15, 6.0 * placement.motion.sigma_mm)) {
       say(Grade::kFailure, "target_moved",
           placement.name + Text(": two sweeps saw the target %.2f mm apart", placement.motion.largest_mm),
-          "the target moved or was touched while it was scanned: the errors of all sensors take part of that; scan this "
+          "the target moved or was touched while it was scanned: the errors of all sensors take part of that; scan "
+          "this "
           "placement again and leave the target alone");
     }
     if (!IsColumn(setup.targets[placement.target])) continue;
@@ -307,13 +309,15 @@ void FindPlacementFaults(const CalibrationSetup& setup, RingSolution& solution) 
   }
   if (solution.placements.size() == 1) {
     say(Grade::kFailure, "one_placement", "the target was scanned in one place only",
-        "its shape and the sensors' errors cannot be told apart, nor where beams point: offsets take the target's errors, "
+        "its shape and the sensors' errors cannot be told apart, nor where beams point: offsets take the target's "
+        "errors, "
         "aims stay as drawn; scan it in at least six places, turned and tilted");
   } else if (columns > 0 && (off_centre < 3 || tilted < 3)) {
     say(Grade::kWarning, "few_placements",
-        Text("%zu placements stood more than 50 mm off the centre and %zu were tilted by more than 3 degrees", off_centre,
-             tilted),
-        "sideways and vertical aims rest on few readings; add placements off the centre and tilted in other directions");
+        Text("%zu placements stood more than 50 mm off the centre and %zu were tilted by more than 3 degrees",
+             off_centre, tilted),
+        "sideways and vertical aims rest on few readings; add placements off the centre and tilted in other "
+        "directions");
   }
 }
 
@@ -325,9 +329,10 @@ void FindRingFaults(const CalibrationSetup& setup, RingSolution& solution) {
     solution.findings.push_back(
         {Grade::kWarning, "ring_not_level",
          Text("the ring's plane is tilted by %.2f degrees against its way", DegreesFromRadians(tilt)),
-         Text("front and back of a waist are read %.0f mm apart in height; points are corrected, but the first and last "
-              "levels of a scan are seen on one side only: level the ring and calibrate again",
-              apart)});
+         Text(
+             "front and back of a waist are read %.0f mm apart in height; points are corrected, but the first and last "
+             "levels of a scan are seen on one side only: level the ring and calibrate again",
+             apart)});
   }
   std::size_t certified = 0;
   std::vector<std::string> misses;
@@ -343,9 +348,10 @@ void FindRingFaults(const CalibrationSetup& setup, RingSolution& solution) {
   if (!misses.empty()) {
     std::string text = "the targets' radii do not agree: ";
     for (std::size_t k = 0; k < misses.size(); ++k) text += (k > 0 ? "; " : "") + misses[k];
-    solution.findings.push_back({Grade::kFailure, "radius_disagrees", std::move(text),
-                                 "one of the radii is not what was entered; which one, only a third target can say: check "
-                                 "the certificates, temperatures and numbers typed"});
+    solution.findings.push_back(
+        {Grade::kFailure, "radius_disagrees", std::move(text),
+         "one of the radii is not what was entered; which one, only a third target can say: check "
+         "the certificates, temperatures and numbers typed"});
   } else if (certified == 1) {
     solution.findings.push_back(
         {Grade::kNote, "one_radius", "only one target's radius was used",
@@ -358,11 +364,10 @@ void FindModelFaults(const CalibrationSetup& setup, RingSolution& solution) {
   constexpr double kMatters = 0.012;    // mm
   const auto judge = [&](const Trend& trend, const char* code, const char* by, const char* unit, const char* advice) {
     if (trend.worst_sd < kSignificant || std::abs(trend.worst_mm) < kMatters) return;
-    solution.findings.push_back(
-        {Grade::kWarning, code,
-         Text("residuals depend on the %s: %+.3f mm (%.0f sds) from %.3g to %.3g %s", by, trend.worst_mm, trend.worst_sd,
-              trend.from, trend.to, unit),
-         advice});
+    solution.findings.push_back({Grade::kWarning, code,
+                                 Text("residuals depend on the %s: %+.3f mm (%.0f sds) from %.3g to %.3g %s", by,
+                                      trend.worst_mm, trend.worst_sd, trend.from, trend.to, unit),
+                                 advice});
   };
   judge(TrendOf(solution.residuals, 230.0, 25.0, 20, [](const BinResidual& r) { return r.distance_mm; }),
         "residual_by_distance", "distance", "mm",
@@ -371,7 +376,8 @@ void FindModelFaults(const CalibrationSetup& setup, RingSolution& solution) {
   judge(TrendOf(solution.residuals, 0.0, 5.0, 14,
                 [](const BinResidual& r) { return DegreesFromRadians(std::acos(std::min(1.0, r.cos_incidence))); }),
         "residual_by_incidence", "angle of incidence", "degrees",
-        "the sensors read otherwise on slanting surfaces; use a duller target, and do not trust girths of slanting sides");
+        "the sensors read otherwise on slanting surfaces; use a duller target, and do not trust girths of slanting "
+        "sides");
   for (std::size_t t = 0; t < setup.targets.size(); ++t) {
     if (!IsColumn(setup.targets[t])) continue;
     std::vector<BinResidual> own;

@@ -10,8 +10,8 @@ namespace annulus {
 /// How well each thing that a technician may ask for is known, and what follows where it is not.
 [[nodiscard]] std::vector<Observability> ObserveRing(const CalibrationSetup& setup, const RingCovariance& covariance);
 
-/// The effective radial error of every sensor's points at a distance, as functionals: rows of the sensors' own part, and
-/// of what they share.
+/// The effective radial error of every sensor's points at a distance, as functionals: rows of the sensors' own part,
+/// and of what they share.
 struct EffectiveRadial {
   std::vector<SensorUnknowns> by_sensor;
   Eigen::MatrixXd by_shared;

@@ -16,10 +16,10 @@ constexpr double kTaperLength = 500.0;  // mm
 struct Beam {
   Ray ray;
   Eigen::Matrix3d carriage_from_ring;
-  Eigen::Vector3d in_ring;            ///< Origin in the carriage's frame after the pose's turn.
-  Eigen::Vector3d e_r, e_t, e_z;      ///< The sensor's own directions, station frame.
+  Eigen::Vector3d in_ring;                  ///< Origin in the carriage's frame after the pose's turn.
+  Eigen::Vector3d e_r, e_t, e_z;            ///< The sensor's own directions, station frame.
   Eigen::Vector3d by_lateral, by_vertical;  ///< Derivatives of the direction, per rad.
-  Eigen::Vector3d axis_x, axis_y;     ///< Axes of the pose's two tilts, station frame.
+  Eigen::Vector3d axis_x, axis_y;           ///< Axes of the pose's two tilts, station frame.
 };
 
 Beam BeamOf(const CalibrationSetup& setup, const TargetBin& bin, const BinUnknowns& u, const Eigen::Vector2d& path) {
@@ -44,16 +44,15 @@ Beam BeamOf(const CalibrationSetup& setup, const TargetBin& bin, const BinUnknow
   beam.in_ring = beam.carriage_from_ring * origin;
   CarriagePath carriage = setup.start.carriage;
   carriage.position_scale += u.ring[ring_unknown::kHeightScale];
-  const Eigen::Vector3d at = carriage.At(bin.z_mm) + Eigen::Vector3d(path.x() + setup.start.pose.x_mm,
-                                                                     path.y() + setup.start.pose.y_mm, 0.0);
+  const Eigen::Vector3d at =
+      carriage.At(bin.z_mm) + Eigen::Vector3d(path.x() + setup.start.pose.x_mm, path.y() + setup.start.pose.y_mm, 0.0);
   beam.ray = {at + beam.in_ring, beam.carriage_from_ring * direction};
   beam.e_r = beam.carriage_from_ring * e_r;
   beam.e_t = beam.carriage_from_ring * e_t;
   beam.e_z = beam.carriage_from_ring * Eigen::Vector3d::UnitZ();
   beam.by_lateral = beam.carriage_from_ring * Eigen::Vector3d(-direction.y(), direction.x(), 0.0);
-  beam.by_vertical =
-      beam.carriage_from_ring * Eigen::Vector3d(-std::sin(raised) * std::cos(heading),
-                                                -std::sin(raised) * std::sin(heading), std::cos(raised));
+  beam.by_vertical = beam.carriage_from_ring * Eigen::Vector3d(-std::sin(raised) * std::cos(heading),
+                                                               -std::sin(raised) * std::sin(heading), std::cos(raised));
   beam.axis_x = about_y * Eigen::Vector3d::UnitX();
   beam.axis_y = Eigen::Vector3d::UnitY();
   return beam;
@@ -78,9 +77,9 @@ void FollowBeam(const CalibrationSetup& setup, const TargetBin& bin, const Beam&
   row.by_ring[ring_unknown::kRoll] = (bin.z_mm - setup.middle_z_mm) * turned(beam.axis_y);
 }
 
-/// Adds what the range's own terms do to a distance, times `by`.
-void FollowRange(const CalibrationSetup& setup, std::size_t placement, const TargetBin& bin, double by, BinRow& row) {
-  const double u = (bin.range_mm - kWorkingDistance) / 100.0;
+/// Adds what the range's own terms do to a distance at a reading (mm), times `by`.
+void FollowRange(const CalibrationSetup& setup, std::size_t placement, double reading, double by, BinRow& row) {
+  const double u = (reading - kWorkingDistance) / 100.0;
   row.by_sensor[sensor_unknown::kOffset] += by;
   row.by_sensor[sensor_unknown::kScale] += by * u;
   row.by_ring[ring_unknown::kOffset] += by;
@@ -90,16 +89,20 @@ void FollowRange(const CalibrationSetup& setup, std::size_t placement, const Tar
   if (ring_c) row.by_ring[ring_unknown::kTemperature] += by * (*ring_c - setup.start.reference_c);
 }
 
-double MeasuredDistance(const CalibrationSetup& setup, std::size_t placement, const TargetBin& bin,
-                        const BinUnknowns& u) {
-  const RangeTerms terms = TermsOf(Eigen::Map<const SensorUnknowns>(u.sensor), Eigen::Map<const RingWideUnknowns>(u.ring));
-  const double reading = bin.range_mm;
-  double distance = setup.start.sensors[bin.sensor].Distance(reading) + terms.offset +
-                    (terms.scale + terms.quadratic * reading) * reading;
+/// The range's own curve with its corrections.
+SensorCalibration RangeOf(const CalibrationSetup& setup, std::size_t placement, const TargetBin& bin,
+                          const BinUnknowns& u) {
+  const RangeTerms terms =
+      TermsOf(Eigen::Map<const SensorUnknowns>(u.sensor), Eigen::Map<const RingWideUnknowns>(u.ring));
+  SensorCalibration range = setup.start.sensors[bin.sensor];
+  range.range_offset_mm += terms.offset;
+  range.range_scale += terms.scale;
+  range.range_quadratic += terms.quadratic;
   if (const auto& ring_c = setup.scans[placement].ring_c) {
-    distance += (setup.start.range_mm_per_c + u.ring[ring_unknown::kTemperature]) * (*ring_c - setup.start.reference_c);
+    range.range_offset_mm +=
+        (setup.start.range_mm_per_c + u.ring[ring_unknown::kTemperature]) * (*ring_c - setup.start.reference_c);
   }
-  return distance;
+  return range;
 }
 
 /// The pose's derivative per mm of the form's units.
@@ -177,18 +180,19 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
   const Eigen::Vector2d path((1.0 - share) * u.knot[0] + share * u.next_knot[0],
                              (1.0 - share) * u.knot[1] + share * u.next_knot[1]);
   const Beam beam = BeamOf(setup, bin, u, path);
-  const double measured = MeasuredDistance(setup, placement, bin, u);
+  const SensorCalibration range = RangeOf(setup, placement, bin, u);
   row = BinRow{};
   row.knot = knot;
   if (bin.edge >= 0) {
     // How high over the target's foot the beam passed the edge, less what the target says.
     const Eigen::Vector3d along = Eigen::Vector3d(pose.slope_x, pose.slope_y, 1.0).normalized();
     const double steep = std::hypot(1.0, std::hypot(pose.slope_x, pose.slope_y));
+    const double measured = range.Distance(bin.range_mm);
     const Eigen::Vector3d from =
         beam.ray.origin + measured * beam.ray.direction - Eigen::Vector3d(pose.x, pose.y, pose.z);
     row.residual = along.dot(from) - target.edges_mm[static_cast<std::size_t>(bin.edge)];
     FollowBeam(setup, bin, beam, measured, along, row);
-    FollowRange(setup, placement, bin, along.dot(beam.ray.direction), row);
+    FollowRange(setup, placement, bin.range_mm, along.dot(beam.ray.direction), row);
     row.by_pose << -along.x(), -along.y(), (from.x() - along.dot(from) * along.x()) / steep,
         (from.y() - along.dot(from) * along.y()) / steep, 0.0, -along.z();
     row.by_knot = (1.0 - share) * along.head<2>().transpose();
@@ -201,9 +205,13 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
   const auto hit = MeetTarget(target, form, pose, beam.ray);
   if (!hit) return false;
   const Eigen::Vector3d g = hit->gradient / hit->gradient.dot(beam.ray.direction);  // minus it: expected distance
-  row.residual = measured - hit->distance;
+  // The reading is compared, not the distance made of it: noise that went into scale and quadratic terms would bias
+  // them (errors in variables), the same way for all sensors.
+  const double reading = range.ReadingOf(hit->distance);
+  const double slope = range.range_scale + 2.0 * range.range_quadratic * reading;
+  row.residual = slope * (bin.range_mm - reading);
   FollowBeam(setup, bin, beam, hit->distance, g, row);
-  FollowRange(setup, placement, bin, 1.0, row);
+  FollowRange(setup, placement, reading, 1.0, row);
   row.by_pose = -DistanceByPose(target, form, pose, beam.ray, *hit).transpose();
   row.by_form = -DistanceByForm(target, beam.ray, *hit).transpose();
   ScaleTaper(row);
@@ -220,14 +228,10 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
 
 bool EvaluateBin(const CalibrationSetup& setup, const CalibrationState& state, std::size_t placement,
                  const TargetBin& bin, BinRow& row) {
-  const std::size_t knot =
-      KnotAt(state.ring.knots_z_mm, setup.start.carriage.position_scale * bin.z_mm).first;
-  const BinUnknowns unknowns{state.ring.sensors[bin.sensor].data(),
-                             state.ring.ring.data(),
-                             state.poses[placement].data(),
-                             state.forms[setup.scans[placement].target].data(),
-                             state.ring.path[knot].data(),
-                             state.ring.path[knot + 1].data()};
+  const std::size_t knot = KnotAt(state.ring.knots_z_mm, setup.start.carriage.position_scale * bin.z_mm).first;
+  const BinUnknowns unknowns{state.ring.sensors[bin.sensor].data(), state.ring.ring.data(),
+                             state.poses[placement].data(),         state.forms[setup.scans[placement].target].data(),
+                             state.ring.path[knot].data(),          state.ring.path[knot + 1].data()};
   return EvaluateBin(setup, placement, bin, state.ring.knots_z_mm, unknowns, row);
 }
 

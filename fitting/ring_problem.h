@@ -12,7 +12,7 @@
 
 namespace annulus {
 
-inline constexpr int kPoseUnknowns = 6;                                             ///< x, y, slope_x, slope_y, turn, z
+inline constexpr int kPoseUnknowns = 6;  ///< x, y, slope_x, slope_y, turn, z
 inline constexpr int kFormUnknowns = 2 + 2 * static_cast<int>(TargetForm::kOrders);  ///< radius, taper, cosine, sine …
 using PoseUnknowns = Eigen::Matrix<double, kPoseUnknowns, 1>;
 using FormUnknowns = Eigen::Matrix<double, kFormUnknowns, 1>;
@@ -47,20 +47,16 @@ struct CalibrationState {
 /// A bin's residual and its derivatives, both divided by the sd of its distance.
 struct BinRow {
   double residual = 0.0;
-  Eigen::Matrix<double, 1, sensor_unknown::kCount> by_sensor =
-      Eigen::Matrix<double, 1, sensor_unknown::kCount>::Zero();
-  Eigen::Matrix<double, 1, ring_unknown::kCount> by_ring =
-      Eigen::Matrix<double, 1, ring_unknown::kCount>::Zero();
-  Eigen::Matrix<double, 1, kPoseUnknowns> by_pose =
-      Eigen::Matrix<double, 1, kPoseUnknowns>::Zero();
-  Eigen::Matrix<double, 1, kFormUnknowns> by_form =
-      Eigen::Matrix<double, 1, kFormUnknowns>::Zero();
-  std::size_t knot = 0;              ///< The path's knot below; the next is above.
-  Eigen::RowVector2d by_knot = Eigen::RowVector2d::Zero();        ///< By x and y of that knot.
-  Eigen::RowVector2d by_next_knot = Eigen::RowVector2d::Zero();   ///< And of the next; zero beyond the ends.
-  double distance = 0.0;             ///< mm, expected.
+  Eigen::Matrix<double, 1, sensor_unknown::kCount> by_sensor = Eigen::Matrix<double, 1, sensor_unknown::kCount>::Zero();
+  Eigen::Matrix<double, 1, ring_unknown::kCount> by_ring = Eigen::Matrix<double, 1, ring_unknown::kCount>::Zero();
+  Eigen::Matrix<double, 1, kPoseUnknowns> by_pose = Eigen::Matrix<double, 1, kPoseUnknowns>::Zero();
+  Eigen::Matrix<double, 1, kFormUnknowns> by_form = Eigen::Matrix<double, 1, kFormUnknowns>::Zero();
+  std::size_t knot = 0;                                          ///< The path's knot below; the next is above.
+  Eigen::RowVector2d by_knot = Eigen::RowVector2d::Zero();       ///< By x and y of that knot.
+  Eigen::RowVector2d by_next_knot = Eigen::RowVector2d::Zero();  ///< And of the next; zero beyond the ends.
+  double distance = 0.0;                                         ///< mm, expected.
   double cos_incidence = 0.0;
-  double phi = 0.0;                  ///< rad, the target's own angle.
+  double phi = 0.0;  ///< rad, the target's own angle.
 };
 
 /// What is the same in every evaluation. Borrows.

@@ -48,8 +48,8 @@ using RingWideUnknowns = Eigen::Matrix<double, ring_unknown::kCount, 1>;
 struct RingUnknowns {
   std::vector<SensorUnknowns> sensors;
   RingWideUnknowns ring = RingWideUnknowns::Zero();
-  std::vector<double> knots_z_mm;      ///< Of the carriage's path, ascending, station frame.
-  std::vector<Eigen::Vector2d> path;   ///< mm; x and y at the knots.
+  std::vector<double> knots_z_mm;     ///< Of the carriage's path, ascending, station frame.
+  std::vector<Eigen::Vector2d> path;  ///< mm; x and y at the knots.
 };
 
 /// Polynomial terms that the unknowns add to a distance: offset + scale * reading + quadratic * reading^2.

@@ -203,8 +203,8 @@ Eigen::Matrix<double, 6, 1> DistanceByPose(const CalibrationTarget& target, cons
 }
 
 Eigen::Matrix<double, 2 + 2 * static_cast<int>(TargetForm::kOrders), 1> DistanceByForm(const CalibrationTarget& target,
-                                                                                     const Ray& ray,
-                                                                                     const TargetHit& hit) {
+                                                                                       const Ray& ray,
+                                                                                       const TargetHit& hit) {
   Eigen::Matrix<double, 2 + 2 * static_cast<int>(TargetForm::kOrders), 1> by;
   by.setZero();
   by[0] = 1.0;

@@ -31,9 +31,9 @@ struct TargetForm {
 /// phi is counted from x, less `turn`. A step target likewise, with its foot at (x, y, z). A sphere's centre is (x, y,
 /// z). A plane passes through (x, y, z) with the normal (cos turn, sin turn, slope_x), not of unit length.
 struct TargetPose {
-  double x = 0.0, y = 0.0, z = 0.0;      ///< mm, station frame
+  double x = 0.0, y = 0.0, z = 0.0;     ///< mm, station frame
   double slope_x = 0.0, slope_y = 0.0;  ///< mm/mm
-  double turn = 0.0;                     ///< rad
+  double turn = 0.0;                    ///< rad
 };
 
 /// Where a beam meets a placed target.

@@ -141,15 +141,16 @@ inline TargetScan ScanTarget(const RingCalibration& truth, const RigTarget& targ
 /// How far calibrated points are from the true ones, for every sensor at one distance, gauge removed: shift and turn of
 /// the ring, a height common to all.
 struct RigErrors {
-  double common_mm = 0.0;       ///< Mean radial error.
-  double sensor_rms_mm = 0.0;   ///< RMS of the rest.
+  double common_mm = 0.0;      ///< Mean radial error.
+  double sensor_rms_mm = 0.0;  ///< RMS of the rest.
   double lateral_rms_mm = 0.0, vertical_rms_mm = 0.0;
 };
 
 inline RigErrors ErrorsAt(const RingCalibration& truth, const RingCalibration& found, double distance_mm,
                           double z = 550.0) {
   const auto n = static_cast<Eigen::Index>(truth.sensors.size());
-  Eigen::MatrixXd rows(2 * n, 4);  // shift x, y; turn; radial mean is kept: only removed from the radial part afterwards
+  Eigen::MatrixXd rows(2 * n,
+                       4);  // shift x, y; turn; radial mean is kept: only removed from the radial part afterwards
   Eigen::VectorXd radial(n);
   Eigen::VectorXd lateral(n);
   Eigen::VectorXd vertical(n);
