@@ -19,9 +19,9 @@ constexpr std::size_t kFewestLevels = 20;
 /// Predicted less seen radius, of all levels and columns, and how much each is worth.
 struct ResidualField {
   std::size_t columns = 0;
-  std::vector<float> value;   ///< Level by level, mm; NaN: not compared.
-  std::vector<float> weight;  ///< 0 … 1.
-  double median_mm = 0.0;     ///< Of the magnitudes.
+  std::vector<float> value;                              ///< Level by level, mm; NaN: not compared.
+  std::vector<float> weight;                             ///< 0 … 1.
+  double median_mm = 0.0;                                ///< Of the magnitudes.
   std::vector<std::array<double, kNeighbours>> stencil;  ///< By column: mean weights of the neighbours.
 };
 

@@ -1,0 +1,332 @@
+#include "acquisition/swapped_channels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "acquisition/drift_watch.h"
+#include "acquisition/neighbour_prediction.h"
+#include "acquisition/quality_grid.h"
+#include "acquisition/ring_profile.h"
+#include "base/ensure.h"
+
+namespace annulus {
+namespace {
+
+constexpr std::size_t kBoardSensors = 15;
+constexpr std::size_t kMostSwaps = 8;
+constexpr double kLeastEvidence = 15.0;
+constexpr double kCap = 8.0;  // cost of one comparison at most: 4 sd
+constexpr double kNormal = 1.4826;
+
+/// Two blocks of sensors that may be exchanged.
+struct Candidate {
+  std::size_t a = 0, b = 0, count = 1;
+};
+
+std::vector<RecordedBoard> BoardsOf(std::size_t sensors, const std::vector<RecordedBoard>& known) {
+  if (!known.empty() || sensors % kBoardSensors != 0) return known;
+  std::vector<RecordedBoard> boards;
+  for (std::size_t first = 0; first < sensors; first += kBoardSensors) {
+    RecordedBoard board;
+    board.first_sensor = static_cast<std::uint16_t>(first);
+    board.sensor_count = static_cast<std::uint16_t>(kBoardSensors);
+    boards.push_back(board);
+  }
+  return boards;
+}
+
+std::vector<Candidate> CandidatesOf(std::size_t sensors, const std::vector<RecordedBoard>& boards) {
+  std::vector<Candidate> candidates;
+  const auto fits = [&](const RecordedBoard& board) {
+    return std::size_t{board.first_sensor} + board.sensor_count <= sensors;
+  };
+  for (const RecordedBoard& board : boards) {
+    if (!fits(board)) continue;
+    const std::size_t end = std::size_t{board.first_sensor} + board.sensor_count;
+    for (std::size_t a = board.first_sensor; a < end; ++a) {
+      for (std::size_t b = a + 1; b < end; ++b) candidates.push_back({a, b, 1});
+    }
+  }
+  for (std::size_t k = 0; k < boards.size(); ++k) {
+    for (std::size_t other = 0; other < boards.size(); ++other) {
+      const bool pair = boards[k].first_sensor < boards[other].first_sensor && fits(boards[other]);
+      if (!pair || boards[k].sensor_count != boards[other].sensor_count || boards[k].sensor_count < 2) continue;
+      candidates.push_back({boards[k].first_sensor, boards[other].first_sensor, boards[k].sensor_count});
+    }
+  }
+  return candidates;
+}
+
+std::string NameOf(const RecordedBoard& board, std::size_t number) {
+  return board.serial != 0 ? std::to_string(board.serial) : "number " + std::to_string(number);
+}
+
+ChannelSwap Describe(const Candidate& found, double evidence, const std::vector<RecordedBoard>& boards) {
+  ChannelSwap swap{found.a, found.b, found.count, evidence, ""};
+  const auto board_of = [&](std::size_t sensor) {
+    std::size_t k = 0;
+    while (k < boards.size() && !(sensor >= boards[k].first_sensor &&
+                                  sensor < std::size_t{boards[k].first_sensor} + boards[k].sensor_count)) {
+      ++k;
+    }
+    return k;
+  };
+  const std::size_t a = board_of(found.a);
+  const std::size_t b = board_of(found.b);
+  if (a >= boards.size() || b >= boards.size()) return swap;
+  if (found.count == 1) {
+    swap.text = "board " + NameOf(boards[a], a) + ": channels " + std::to_string(found.a - boards[a].first_sensor) +
+                " and " + std::to_string(found.b - boards[a].first_sensor) + " are exchanged (sensors " +
+                std::to_string(found.a) + " and " + std::to_string(found.b) + ")";
+  } else {
+    swap.text = "boards " + NameOf(boards[a], a) + " and " + NameOf(boards[b], b) + " are exchanged (sensors " +
+                std::to_string(found.a) + " to " + std::to_string(found.a + found.count - 1) + " and " +
+                std::to_string(found.b) + " to " + std::to_string(found.b + found.count - 1) + ")";
+  }
+  return swap;
+}
+
+/// The search in one scan. `channel_` says whose readings are taken for each sensor: found exchanges are put right, and
+/// the search goes on.
+class ScanSearch {
+ public:
+  ScanSearch(const Scan& scan, double offset_sigma)
+      : profile_(scan, std::max<std::size_t>(1, scan.levels.size() / kLevels)), offset_sigma_(offset_sigma) {
+    const std::size_t n = profile_.columns();
+    channel_.resize(n);
+    std::iota(channel_.begin(), channel_.end(), std::size_t{0});
+    for (std::size_t column = 0; column < n; ++column) {
+      columns_.push_back(profile_.Column(column));
+    }
+    Compare();
+  }
+
+  /// By how much the exchange explains the readings better.
+  [[nodiscard]] double Evidence(const Candidate& candidate) const {
+    std::map<std::size_t, ProfileColumn> moved;
+    for (std::size_t k = 0; k < candidate.count; ++k) {
+      const std::size_t a = candidate.a + k;
+      const std::size_t b = candidate.b + k;
+      moved[profile_.ColumnOf(a)] = profile_.Placed(channel_[b], a);
+      moved[profile_.ColumnOf(b)] = profile_.Placed(channel_[a], b);
+    }
+    // Where the two themselves do not fit better, their neighbours do not make that good again.
+    constexpr double kHopeless = -100.0;
+    std::vector<std::size_t> columns = ColumnsAround(candidate);
+    std::stable_partition(columns.begin(), columns.end(), [&](std::size_t column) { return moved.contains(column); });
+    double evidence = 0.0;
+    for (const std::size_t column : columns) {
+      if (candidate.count > 1 || evidence > kHopeless) evidence += Gain(column, moved);
+    }
+    return evidence;
+  }
+  void Exchange(const Candidate& candidate) {
+    for (std::size_t k = 0; k < candidate.count; ++k) {
+      std::swap(channel_[candidate.a + k], channel_[candidate.b + k]);
+      for (const std::size_t sensor : {candidate.a + k, candidate.b + k}) {
+        columns_[profile_.ColumnOf(sensor)] = profile_.Placed(channel_[sensor], sensor);
+      }
+    }
+    Compare();
+  }
+
+ private:
+  static constexpr std::size_t kLevels = 240;  ///< That many tell enough, about.
+  static constexpr std::size_t kAround = 3;    ///< Columns whose prediction hangs noticeably on another.
+  using Moved = std::map<std::size_t, ProfileColumn>;
+
+  [[nodiscard]] std::vector<std::size_t> ColumnsAround(const Candidate& candidate) const {
+    const std::size_t n = columns_.size();
+    std::vector<std::size_t> around;
+    for (const std::size_t first : {candidate.a, candidate.b}) {
+      const std::size_t from = profile_.ColumnOf(first);
+      for (std::size_t step = 0; step < candidate.count + 2 * kAround; ++step) {
+        // Within a block all have moved together, and it is as smooth as it was.
+        const bool inside = step >= 2 * kAround && step < candidate.count;
+        if (!inside) around.push_back((from + n - kAround + step) % n);
+      }
+    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    return around;
+  }
+
+  [[nodiscard]] ColumnWindow WindowOf(std::size_t column, const Moved& moved) const {
+    const std::size_t n = columns_.size();
+    const double step = kTwoPi / static_cast<double>(n);
+    std::array<ColumnWindow::Entry, kNeighbours + 1> entries;
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      const std::size_t other = (column + n + k - kNeighbourReach) % n;
+      const auto found = moved.find(other);
+      entries[k] = {found == moved.end() ? &columns_[other] : &found->second,
+                    AngleDifference(profile_.Direction(other), profile_.Direction(column)) / step};
+    }
+    return {entries, step};
+  }
+
+  [[nodiscard]] std::vector<float> Residuals(std::size_t column, const Moved& moved) const {
+    const ColumnWindow window = WindowOf(column, moved);
+    std::vector<float> residuals(profile_.levels().size(), std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t level = 0; level < residuals.size(); ++level) {
+      const auto residual = window.At(level);
+      if (residual) residuals[level] = static_cast<float>(residual->value);
+    }
+    return residuals;
+  }
+  /// All columns as they are now.
+  void Compare() {
+    residuals_.clear();
+    std::vector<float> magnitudes;
+    for (std::size_t column = 0; column < columns_.size(); ++column) {
+      residuals_.push_back(Residuals(column, {}));
+      for (const float value : residuals_.back()) {
+        if (!std::isnan(value)) magnitudes.push_back(std::abs(value));
+      }
+    }
+    if (!magnitudes.empty()) sigma_ = std::max(0.05, kNormal * MedianOf(magnitudes));
+  }
+
+  /// What one column's comparisons cost less with the exchange.
+  [[nodiscard]] double Gain(std::size_t column, const Moved& moved) const {
+    const std::vector<float>& before = residuals_[column];
+    const std::vector<float> after = Residuals(column, moved);
+    std::vector<float> old_values;
+    std::vector<float> new_values;
+    for (std::size_t level = 0; level < after.size(); ++level) {
+      if (std::isnan(before[level]) || std::isnan(after[level])) continue;
+      old_values.push_back(before[level]);
+      new_values.push_back(after[level]);
+    }
+    return Cost(old_values) - Cost(new_values);
+  }
+  /// Of residuals around an offset of their own.
+  [[nodiscard]] double Cost(const std::vector<float>& residuals) const {
+    if (residuals.empty()) return 0.0;
+    std::vector<float> values = residuals;
+    const double offset = MedianOf(values);
+    double cost = std::min(0.5 * offset * offset / (offset_sigma_ * offset_sigma_), kCap);
+    for (const float residual : residuals) {
+      const double off = (residual - offset) / sigma_;
+      cost += std::min(0.5 * off * off, kCap);
+    }
+    return cost;
+  }
+
+  RingProfile profile_;
+  double offset_sigma_;
+  std::vector<std::size_t> channel_;           ///< By sensor.
+  std::vector<ProfileColumn> columns_;         ///< By column.
+  std::vector<std::vector<float>> residuals_;  ///< By column and level, mm.
+  double sigma_ = 1.0;                         ///< sd of one comparison, mm.
+};
+
+/// The best exchange, then the best of what is left …
+template <class Search>
+std::vector<ChannelSwap> FindAll(Search& search, std::size_t sensors, const std::vector<RecordedBoard>& boards) {
+  const std::vector<Candidate> candidates = CandidatesOf(sensors, boards);
+  std::vector<ChannelSwap> swaps;
+  while (swaps.size() < kMostSwaps) {
+    double most = kLeastEvidence;
+    std::optional<Candidate> best;
+    for (const Candidate& candidate : candidates) {
+      const double evidence = search.Evidence(candidate);
+      if (evidence <= most) continue;
+      most = evidence;
+      best = candidate;
+    }
+    if (!best) break;
+    search.Exchange(*best);
+    swaps.push_back(Describe(*best, most, boards));
+  }
+  return swaps;
+}
+
+/// The search in placements: what a channel reads against what is expected at a place.
+class PlacementSearch {
+ public:
+  PlacementSearch(const std::vector<PlacementReadings>& placements, double offset_sigma)
+      : placements_(placements), offset_sigma_(offset_sigma) {
+    channel_.resize(placements.front().seen_mm.size());
+    std::iota(channel_.begin(), channel_.end(), std::size_t{0});
+    std::vector<double> magnitudes;
+    for (std::size_t sensor = 0; sensor < channel_.size(); ++sensor) {
+      std::vector<double> off = Residuals(sensor, sensor);
+      const double mean = MedianOf(off);
+      for (const double value : off) magnitudes.push_back(std::abs(value - mean));
+    }
+    sigma_ = std::max(kSmallest, magnitudes.empty() ? 0.0 : kNormal * MedianOf(magnitudes));
+  }
+
+  [[nodiscard]] double Evidence(const Candidate& candidate) const {
+    double evidence = 0.0;
+    for (std::size_t k = 0; k < candidate.count; ++k) {
+      const std::size_t a = candidate.a + k;
+      const std::size_t b = candidate.b + k;
+      const std::size_t seen = Residuals(channel_[a], a).size();
+      // What was not seen at both places says nothing.
+      if (seen == 0 || Residuals(channel_[b], b).size() != seen || Residuals(channel_[a], b).size() != seen) continue;
+      evidence += Cost(channel_[a], a) + Cost(channel_[b], b) - Cost(channel_[b], a) - Cost(channel_[a], b);
+    }
+    return evidence;
+  }
+  void Exchange(const Candidate& candidate) {
+    for (std::size_t k = 0; k < candidate.count; ++k) std::swap(channel_[candidate.a + k], channel_[candidate.b + k]);
+  }
+
+ private:
+  static constexpr double kSmallest = 0.2;  ///< mm; scales, aims and the target's roundness are in it.
+
+  [[nodiscard]] std::vector<double> Residuals(std::size_t channel, std::size_t place) const {
+    std::vector<double> residuals;
+    for (const PlacementReadings& placement : placements_) {
+      const double off = placement.seen_mm[channel] - placement.expected_mm[place];
+      if (std::isfinite(off)) residuals.push_back(off);
+    }
+    return residuals;
+  }
+  /// −log likelihood of the readings with an offset of sd offset_sigma_ (mean and spread apart).
+  [[nodiscard]] double Cost(std::size_t channel, std::size_t place) const {
+    const std::vector<double> residuals = Residuals(channel, place);
+    const auto count = static_cast<double>(residuals.size());
+    if (residuals.empty()) return 0.0;
+    const double mean = std::accumulate(residuals.begin(), residuals.end(), 0.0) / count;
+    double cost = 0.5 * mean * mean / (offset_sigma_ * offset_sigma_ + sigma_ * sigma_ / count);
+    for (const double off : residuals) cost += 0.5 * (off - mean) * (off - mean) / (sigma_ * sigma_);
+    return cost;
+  }
+
+  const std::vector<PlacementReadings>& placements_;
+  double offset_sigma_;
+  std::vector<std::size_t> channel_;
+  double sigma_ = 1.0;
+};
+
+}  // namespace
+
+std::vector<ChannelSwap> FindSwappedChannels(const Scan& scan, SwapOptions options) {
+  ENSURE(options.offset_sigma_mm > 0.0, "sensors are never perfect");
+  const std::size_t sensors = scan.header.calibration.sensors.size();
+  if (sensors < kFewestComparedSensors || scan.levels.empty()) return {};
+  if (options.boards.empty()) options.boards = scan.header.machine.boards;
+  ScanSearch search(scan, options.offset_sigma_mm);
+  return FindAll(search, sensors, BoardsOf(sensors, options.boards));
+}
+
+std::vector<ChannelSwap> FindSwappedChannels(const std::vector<PlacementReadings>& placements,
+                                             const SwapOptions& options) {
+  ENSURE(options.offset_sigma_mm > 0.0, "sensors are never perfect");
+  if (placements.empty()) return {};
+  const std::size_t sensors = placements.front().seen_mm.size();
+  for (const PlacementReadings& placement : placements) {
+    ENSURE(placement.seen_mm.size() == sensors && placement.expected_mm.size() == sensors, "one entry per sensor");
+  }
+  PlacementSearch search(placements, options.offset_sigma_mm);
+  return FindAll(search, sensors, BoardsOf(sensors, options.boards));
+}
+
+}  // namespace annulus
