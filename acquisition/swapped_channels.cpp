@@ -1,8 +1,10 @@
 #include "acquisition/swapped_channels.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -249,17 +251,28 @@ std::vector<ChannelSwap> FindAll(Search& search, std::size_t sensors, const std:
 /// The search in placements: what a channel reads against what is expected at a place.
 class PlacementSearch {
  public:
-  PlacementSearch(const std::vector<PlacementReadings>& placements, double offset_sigma)
-      : placements_(placements), offset_sigma_(offset_sigma) {
+  PlacementSearch(const std::vector<PlacementReadings>& placements, double offset_sigma,
+                  const PlacementTolerance& tolerance)
+      : placements_(placements) {
     channel_.resize(placements.front().seen_mm.size());
     std::iota(channel_.begin(), channel_.end(), std::size_t{0});
-    std::vector<double> magnitudes;
-    for (std::size_t sensor = 0; sensor < channel_.size(); ++sensor) {
-      std::vector<double> off = Residuals(sensor, sensor);
-      const double mean = MedianOf(off);
-      for (const double value : off) magnitudes.push_back(std::abs(value - mean));
+    const auto count = static_cast<Eigen::Index>(placements.size());
+    for (std::size_t place = 0; place < channel_.size(); ++place) {
+      Eigen::MatrixXd covariance = Square(tolerance.reading_sigma_mm) * Eigen::MatrixXd::Identity(count, count);
+      const auto add = [&](double sigma, const std::function<double(const PlacementReadings&)>& slope) {
+        Eigen::VectorXd column(count);
+        for (Eigen::Index k = 0; k < count; ++k) {
+          const double value = slope(placements[static_cast<std::size_t>(k)]);
+          column(k) = std::isfinite(value) ? value : 0.0;
+        }
+        covariance += sigma * sigma * column * column.transpose();
+      };
+      add(offset_sigma, [](const PlacementReadings&) { return 1.0; });
+      add(tolerance.scale_sigma, [&](const PlacementReadings& readings) { return readings.expected_mm[place]; });
+      add(tolerance.aim_sigma, [&](const PlacementReadings& r) { return SlopeAt(r.lateral_slope_mm, place); });
+      add(tolerance.aim_sigma, [&](const PlacementReadings& r) { return SlopeAt(r.vertical_slope_mm, place); });
+      precision_.push_back(covariance.llt().solve(Eigen::MatrixXd::Identity(count, count)));
     }
-    sigma_ = std::max(kSmallest, magnitudes.empty() ? 0.0 : kNormal * MedianOf(magnitudes));
   }
 
   [[nodiscard]] double Evidence(const Candidate& candidate) const {
@@ -267,10 +280,14 @@ class PlacementSearch {
     for (std::size_t k = 0; k < candidate.count; ++k) {
       const std::size_t a = candidate.a + k;
       const std::size_t b = candidate.b + k;
-      const std::size_t seen = Residuals(channel_[a], a).size();
-      // What was not seen at both places says nothing.
-      if (seen == 0 || Residuals(channel_[b], b).size() != seen || Residuals(channel_[a], b).size() != seen) continue;
-      evidence += Cost(channel_[a], a) + Cost(channel_[b], b) - Cost(channel_[b], a) - Cost(channel_[a], b);
+      const Eigen::VectorXd aa = Residuals(channel_[a], a);
+      const Eigen::VectorXd bb = Residuals(channel_[b], b);
+      const Eigen::VectorXd ab = Residuals(channel_[a], b);
+      const Eigen::VectorXd ba = Residuals(channel_[b], a);
+      // What one of the four lacks is left out of all, so that none is cheaper for having seen less.
+      const Eigen::ArrayXd all = aa.array() + bb.array() + ab.array() + ba.array();
+      const Eigen::ArrayXd kept = all.isFinite().cast<double>();
+      evidence += Cost(aa, a, kept) + Cost(bb, b, kept) - Cost(ba, a, kept) - Cost(ab, b, kept);
     }
     return evidence;
   }
@@ -279,31 +296,27 @@ class PlacementSearch {
   }
 
  private:
-  static constexpr double kSmallest = 0.2;  ///< mm; scales, aims and the target's roundness are in it.
-
-  [[nodiscard]] std::vector<double> Residuals(std::size_t channel, std::size_t place) const {
-    std::vector<double> residuals;
-    for (const PlacementReadings& placement : placements_) {
-      const double off = placement.seen_mm[channel] - placement.expected_mm[place];
-      if (std::isfinite(off)) residuals.push_back(off);
+  static double Square(double number) { return number * number; }
+  static double SlopeAt(const std::vector<double>& slopes, std::size_t place) {
+    return slopes.empty() ? 0.0 : slopes[place];
+  }
+  [[nodiscard]] Eigen::VectorXd Residuals(std::size_t channel, std::size_t place) const {
+    Eigen::VectorXd residuals(static_cast<Eigen::Index>(placements_.size()));
+    for (std::size_t k = 0; k < placements_.size(); ++k) {
+      residuals(static_cast<Eigen::Index>(k)) = placements_[k].seen_mm[channel] - placements_[k].expected_mm[place];
     }
     return residuals;
   }
-  /// −log likelihood of the readings with an offset of sd offset_sigma_ (mean and spread apart).
-  [[nodiscard]] double Cost(std::size_t channel, std::size_t place) const {
-    const std::vector<double> residuals = Residuals(channel, place);
-    const auto count = static_cast<double>(residuals.size());
-    if (residuals.empty()) return 0.0;
-    const double mean = std::accumulate(residuals.begin(), residuals.end(), 0.0) / count;
-    double cost = 0.5 * mean * mean / (offset_sigma_ * offset_sigma_ + sigma_ * sigma_ / count);
-    for (const double off : residuals) cost += 0.5 * (off - mean) * (off - mean) / (sigma_ * sigma_);
-    return cost;
+  /// −log likelihood at a place whose offset, scale and aims have the tolerance's priors. A placement that is left out
+  /// counts as one that fits.
+  [[nodiscard]] double Cost(const Eigen::VectorXd& residuals, std::size_t place, const Eigen::ArrayXd& kept) const {
+    const Eigen::VectorXd off = (kept > 0.0).select(residuals.array(), 0.0).matrix();
+    return 0.5 * off.dot(precision_[place] * off);
   }
 
   const std::vector<PlacementReadings>& placements_;
-  double offset_sigma_;
-  std::vector<std::size_t> channel_;
-  double sigma_ = 1.0;
+  std::vector<std::size_t> channel_;        ///< By place.
+  std::vector<Eigen::MatrixXd> precision_;  ///< By place: of the residuals over the placements, 1/mm².
 };
 
 }  // namespace
@@ -318,14 +331,16 @@ std::vector<ChannelSwap> FindSwappedChannels(const Scan& scan, SwapOptions optio
 }
 
 std::vector<ChannelSwap> FindSwappedChannels(const std::vector<PlacementReadings>& placements,
-                                             const SwapOptions& options) {
-  ENSURE(options.offset_sigma_mm > 0.0, "sensors are never perfect");
+                                             const SwapOptions& options, const PlacementTolerance& tolerance) {
+  ENSURE(options.offset_sigma_mm > 0.0 && tolerance.reading_sigma_mm > 0.0, "sensors are never perfect");
   if (placements.empty()) return {};
   const std::size_t sensors = placements.front().seen_mm.size();
   for (const PlacementReadings& placement : placements) {
+    const auto fits = [&](const std::vector<double>& slopes) { return slopes.empty() || slopes.size() == sensors; };
     ENSURE(placement.seen_mm.size() == sensors && placement.expected_mm.size() == sensors, "one entry per sensor");
+    ENSURE(fits(placement.lateral_slope_mm) && fits(placement.vertical_slope_mm), "one slope per sensor, or none");
   }
-  PlacementSearch search(placements, options.offset_sigma_mm);
+  PlacementSearch search(placements, options.offset_sigma_mm, tolerance);
   return FindAll(search, sensors, BoardsOf(sensors, options.boards));
 }
 
