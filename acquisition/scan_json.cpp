@@ -93,6 +93,8 @@ constexpr std::array kMachineFields{
     MachineField{"level_rate_hz", &RecordedMachine::level_rate_hz},
 };
 
+constexpr const char* kRingTemperature = "ring_temperature_c";
+
 Json JsonFromMachine(const RecordedMachine& machine) {
   Json boards = Json::array();
   for (const RecordedBoard& board : machine.boards) {
@@ -108,6 +110,7 @@ Json JsonFromMachine(const RecordedMachine& machine) {
             {"axis_protocol_version", machine.axis_protocol_version},
             {"axis_firmware_version", machine.axis_firmware_version}};
   for (const MachineField& field : kMachineFields) json[field.key] = machine.*field.member;
+  if (machine.ring_temperature_c) json[kRingTemperature] = *machine.ring_temperature_c;
   return json;
 }
 
@@ -143,6 +146,10 @@ tl::expected<RecordedMachine, std::string> MachineFromJson(const Json& json) {
     const auto number = NumberAt(json, field.key);
     if (!number) return Wrong(field.key);
     machine.*field.member = *number;
+  }
+  if (json.contains(kRingTemperature)) {
+    machine.ring_temperature_c = NumberAt(json, kRingTemperature);
+    if (!machine.ring_temperature_c) return Wrong(kRingTemperature);
   }
   machine.ring_bus = std::move(*ring_bus);
   machine.axis_serial = *axis_serial;
@@ -212,6 +219,7 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
   for (const MachineField& field : kMachineFields) {
     if (!std::isfinite(header.machine.*field.member)) return Wrong(field.key);
   }
+  if (!std::isfinite(header.machine.ring_temperature_c.value_or(0.0))) return Wrong(kRingTemperature);
   return {};
 }
 

@@ -65,9 +65,11 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
   frame.board_serial = options_.serial;
   frame.sequence = sequence;
   frame.device_time = DeviceTime(fire);
-  frame.temperature_centi_c = static_cast<std::int16_t>(3000 + BoardBits(BoardDraw::kTemperature) % 200);
+  // Boards of one ring differ by up to a degree to either side.
+  frame.temperature_centi_c = static_cast<std::int16_t>(std::lround(100.0 * options_.temperature_c) - 100 +
+                                                        static_cast<long>(BoardBits(BoardDraw::kTemperature) % 200));
   for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
-    const std::size_t sensor = options_.first_sensor + i;
+    const std::size_t sensor = faults_.WiredTo(i, fire).value_or(options_.first_sensor + i);
     BeamReading reading = Look(sensor, fire, random);
     if (const auto stuck = faults_.StuckSince(i, fire)) {
       std::mt19937_64 then(MixSeed(BoardBits(BoardDraw::kStuck), sensor));

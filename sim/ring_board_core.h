@@ -37,6 +37,7 @@ struct RingBoardOptions {
   double split_share = 0.2;                                                 ///< Frames that arrive in two transfers.
   std::uint32_t max_level_rate_mhz = 100'000;  ///< Highest level rate that a board on USB takes, mHz.
   std::size_t fifo_frames = 64;                ///< Frames kept while nobody asks; then the newest is lost.
+  double temperature_c = 31.0;                 ///< Of the ring, degrees Celsius; what boards report lies within 1.
 };
 
 /// What every board says of itself, on any bus.

@@ -109,7 +109,9 @@ void AddScanCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--config", options->config, "the station's configuration; 'sim' is the built-in simulated booth")
       ->type_name("F")
       ->capture_default_str();
-  command->add_option("--profile", options->profile, "body, torso, head, breath, or a profile of the configuration")
+  command
+      ->add_option("--profile", options->profile,
+                   "body, torso, head, breath, target, target_fine, or a profile of the configuration")
       ->required()
       ->type_name("P");
   command->add_option("--out", options->out, "recording to write")->required()->type_name("SCAN");
