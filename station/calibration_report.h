@@ -36,13 +36,13 @@ struct AsFound {
 /// A second artefact that took no part in the solve, measured with the new calibration.
 struct CalibrationVerification {
   CalibrationTarget target;
-  double temperature_c = 20.0;        ///< While it was scanned, degrees Celsius.
-  double found_radius_mm = 0.0;       ///< Measured.
-  double found_u_mm = 0.0;            ///< Its expanded uncertainty (k = 2), the calibration's own included.
-  double certified_radius_mm = 0.0;   ///< At `temperature_c`.
-  double certified_u_mm = 0.0;        ///< U (k = 2).
-  double residual_rms_mm = 0.0;       ///< Of all bins about the fitted artefact.
-  std::vector<double> sensor_rms_mm;  ///< By sensor; may be empty.
+  double temperature_c = 20.0;             ///< While it was scanned, degrees Celsius.
+  double found_radius_mm = 0.0;            ///< Measured.
+  double found_u_mm = 0.0;                 ///< Its expanded uncertainty (k = 2), the calibration's own included.
+  double certified_radius_mm = 0.0;        ///< At `temperature_c`.
+  double certified_u_mm = 0.0;             ///< U (k = 2).
+  double residual_rms_mm = 0.0;            ///< RMS over the sensors of each one's mean residual.
+  std::vector<double> sensor_residual_mm;  ///< By sensor: that mean residual; NaN where unseen; may be empty.
 
   /// (found - certified) / sqrt(U_found^2 + U_certified^2): within ±1 both agree (ISO/IEC 17043). Infinite if neither
   /// has an uncertainty and both differ.
@@ -84,35 +84,6 @@ struct CalibrationReport {
   std::vector<EarlierCalibration> history;  ///< Oldest first, this one not among them.
   CalibrationLimits limits;
 };
-
-/// One line of the table of limits.
-struct LimitLine {
-  enum class Verdict { kPass, kFail, kNotChecked };
-  std::string name;             ///< "radial error common to all sensors, 95 %" …
-  std::string unit;             ///< "mm", "deg" or "".
-  std::optional<double> found;  ///< As found; nothing: not known.
-  std::optional<double> left;   ///< As left; nothing: not checked.
-  double limit = 0.0;           ///< Of |found| and |left|.
-  Verdict found_verdict = Verdict::kNotChecked;
-  Verdict left_verdict = Verdict::kNotChecked;
-};
-
-/// Everything against its limit: the five of CalibrationLimits, then the second artefact (its radius against the common
-/// limit, |En| against 1), then the findings of grade failure against none.
-[[nodiscard]] std::vector<LimitLine> JudgeCalibration(const CalibrationReport& report);
-
-/// No line fails as left. A calibration that was not verified can pass; its report says so.
-[[nodiscard]] bool CalibrationPasses(const CalibrationReport& report);
-
-/// Whether the result is traceable, and a sentence that says why not.
-struct Traceability {
-  bool traceable = false;
-  std::string statement;
-};
-
-/// Traceable only if every target that was scanned for the solve has a certificate number and, where it has a radius,
-/// an uncertainty.
-[[nodiscard]] Traceability TraceabilityOf(const CalibrationReport& report);
 
 /// The report as one HTML page that asks for nothing else: plots inside as SVG. Same report, same bytes.
 [[nodiscard]] std::string CalibrationReportHtml(const CalibrationReport& report);
