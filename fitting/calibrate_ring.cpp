@@ -252,7 +252,7 @@ Status Calibrator::Solve() {
   options.num_threads = options_.threads;
   options.max_num_iterations = 40;
   options.initial_trust_region_radius = 1e8;  // nearly linear, and priors make it well posed
-  options.function_tolerance = 1e-9;
+  options.function_tolerance = 1e-7;
   options.logging_type = ceres::SILENT;
   Watcher watcher(context_);
   options.callbacks.push_back(&watcher);

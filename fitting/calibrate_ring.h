@@ -27,7 +27,7 @@ struct CalibrateOptions {
   /// board is calibrated alone against the ring around it.
   std::vector<bool> free_sensors;
   double knot_spacing_mm = 150.0;  ///< Of the carriage's path.
-  int threads = 2;
+  int threads = 1;                 ///< More than one: results differ in the last bits from run to run.
 };
 
 /// How well one quantity is known: its sd before and after the readings.
@@ -129,7 +129,8 @@ inline constexpr int kCommonCount = 7;
 /// of each sensor are eliminated). Readings are of the sensors of `start`, which is what the ring is believed to be: an
 /// ideal one, or its last calibration. The target's shape and the sensors' errors come apart because the target is
 /// turned and moved between scans (multi-probe separation: Whitehouse 1976); gauge freedoms are fixed by FixGauge.
-/// Deterministic up to rounding. Fails if a target is not found, or if readings determine nothing.
+/// With one thread the same input gives the same bits. Fails if a target is not found, or if readings determine
+/// nothing.
 [[nodiscard]] Result<RingSolution> CalibrateRing(const RingCalibration& start,
                                                  const std::vector<CalibrationTarget>& targets,
                                                  const std::vector<TargetScan>& scans, const CalibrateOptions& options,
