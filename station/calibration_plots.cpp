@@ -210,6 +210,28 @@ Figure DrawAimErrors(const SensorErrors& errors) {
   return figure;
 }
 
+Figure DrawVerification(const std::vector<double>& sensor_residual_mm, const CalibrationLimits& limits) {
+  constexpr double kTop = 8.0;
+  constexpr double kHeight = 34.0;
+  const std::size_t sensors = sensor_residual_mm.size();
+  Figure figure(kPlotWidth, kTop + kHeight + 7.0, "Residuals of the sensors on the second artefact");
+  ChartStyle style =
+      SensorChart(kTop, kHeight, RoundUp(1.05 * LargestOf(sensor_residual_mm, limits.sensor_rms_mm)), sensors);
+  style.title = "Second artefact";
+  style.y_label = "residual / mm";
+  const Chart chart(figure, style);
+  ShadeBoards(figure, style, sensors);
+  chart.Grid();
+  Limits(chart, limits.sensor_rms_mm);
+  chart.Level(0.0, {0.2, chart_colour::kFrame});
+  DrawSensors(figure, chart, {sensor_residual_mm, {}, chart_colour::kAfter, chart_colour::kAfterSoft});
+  chart.Frame();
+  LabelSensors(figure, style.corner, style.size, sensors);
+  DrawLegend(figure, {kLeft + kInner, kTop - 1.8},
+             {{LegendEntry::Mark::kLine, chart_colour::kLimit, "limit of the RMS"}});
+  return figure;
+}
+
 std::vector<PlacementResidual> PlacementResidualsOf(const RingSolution& solution) {
   std::vector<PlacementResidual> list;
   for (const PlacementResult& placement : solution.placements) {

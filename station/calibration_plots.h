@@ -33,6 +33,9 @@ struct PlacementResidual {
 /// Of a solution.
 [[nodiscard]] std::vector<PlacementResidual> PlacementResidualsOf(const RingSolution& solution);
 
+/// Each sensor's mean residual on a second artefact, mm, with the limit of their RMS. NaN where unseen.
+[[nodiscard]] Figure DrawVerification(const std::vector<double>& sensor_residual_mm, const CalibrationLimits& limits);
+
 /// Contributions to a girth of 900 mm as 95 % half widths, with the limit.
 [[nodiscard]] Figure DrawBudget(const std::vector<BudgetLine>& budget, double limit_mm);
 

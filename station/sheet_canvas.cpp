@@ -220,8 +220,15 @@ double SheetCanvas::Paragraph(const Eigen::Vector2d& at, double width_mm, const 
   const int lines = pango_layout_get_line_count(layout.get());
   state_->Colour(style.colour);
   for (int k = 0; k < lines; ++k) {
-    cairo_move_to(state_->context.get(), at.x(), at.y() + k * step);
-    pango_cairo_show_layout_line(state_->context.get(), pango_layout_get_line_readonly(layout.get(), k));
+    PangoLayoutLine* line = pango_layout_get_line_readonly(layout.get(), k);
+    PangoRectangle extent;
+    pango_layout_line_get_extents(line, nullptr, &extent);
+    const double room = width_mm - static_cast<double>(extent.width) / PANGO_SCALE;
+    double x = at.x();
+    if (style.align == SheetText::Align::kRight) x += room;
+    if (style.align == SheetText::Align::kCentre) x += 0.5 * room;
+    cairo_move_to(state_->context.get(), x, at.y() + k * step);
+    pango_cairo_show_layout_line(state_->context.get(), line);
   }
   cairo_new_path(state_->context.get());
   return lines * step;

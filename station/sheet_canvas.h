@@ -64,7 +64,8 @@ class SheetCanvas {
   void TextUpwards(const Eigen::Vector2d& at, const std::string& text, const SheetText& style);
   /// Every pixel of the image a sharp rectangle. Requires at least one pixel.
   void Cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const RgbImage& image);
-  /// Wraps the text into lines of `width_mm`, the first with its baseline at `at`; returns the height taken, mm.
+  /// Wraps the text into lines of `width_mm`, the first with its baseline at `at`, the left end of all; returns the
+  /// height taken, mm.
   double Paragraph(const Eigen::Vector2d& at, double width_mm, const std::string& text, const SheetText& style);
   /// The height that Paragraph would take, mm.
   [[nodiscard]] double ParagraphHeight(double width_mm, const std::string& text, const SheetText& style);
