@@ -10,6 +10,7 @@
 #include "base/ensure.h"
 #include "fitting/placement_pose.h"
 #include "fitting/ring_covariance.h"
+#include "fitting/ring_exchange.h"
 #include "fitting/ring_findings.h"
 #include "fitting/stopwatch.h"
 
@@ -355,6 +356,7 @@ void Calibrator::Describe() {
     }
   }
   solution_.observability = ObserveRing(setup_, covariance);
+  solution_.exchanges = FindExchanges(setup_, state_, priors_, options_.board_size);
   FindFaults(setup_, solution_);
   solution_.corrections = state_.ring;
   FixGauge(start_, solution_.corrections);

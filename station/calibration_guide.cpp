@@ -6,6 +6,7 @@
 
 #include "base/units.h"
 #include "fitting/placement_bins.h"
+#include "station/calibration_job.h"
 
 namespace annulus {
 namespace {
@@ -89,7 +90,7 @@ CalibrationSoFar CalibrationGuide::SolveSoFar(const std::vector<TargetScan>& sca
     if (!plan_.placements[step].verify) used.push_back(scans[step]);
   }
   if (used.size() < kFewest) return so_far;
-  const auto solution = CalibrateRing(start_, plan_.targets, used, {}, task);
+  const auto solution = CalibrateRing(AtScansTemperature(start_, used), plan_.targets, used, {}, task);
   if (!solution) return so_far;
   so_far.solved = true;
   double squares = 0.0;

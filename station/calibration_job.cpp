@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "fitting/cylinder_fit.h"
-#include "fitting/placement_pose.h"
 #include "station/calibration_verdict.h"
 #include "station/command_line.h"
 
@@ -32,21 +31,6 @@ Result<std::vector<RecordedBoard>> BoardsOf(const std::vector<Scan>& scans) {
   return boards;
 }
 
-/// The calibration that the solve starts from, at the ring's temperature while it was scanned.
-RingCalibration StartOf(const CalibrationJob& job) {
-  const ScanHeader& header = job.scans.front().header;
-  RingCalibration start = job.board ? job.previous->calibration
-                                    : RingCalibration::Ideal(header.ring_radius_mm, header.calibration.sensors.size());
-  double sum = 0.0;
-  double count = 0.0;
-  for (const Scan& scan : job.scans) {
-    if (!scan.header.machine.ring_temperature_c) continue;
-    sum += *scan.header.machine.ring_temperature_c;
-    count += 1.0;
-  }
-  return count > 0.0 ? start.AtTemperature(sum / count) : start;
-}
-
 /// Flags of the sensors that are solved for; empty: all.
 Result<std::vector<bool>> FreeSensors(const CalibrationJob& job, const std::vector<RecordedBoard>& boards,
                                       RingCalibration& start) {
@@ -67,44 +51,27 @@ Result<std::vector<bool>> FreeSensors(const CalibrationJob& job, const std::vect
   return free;
 }
 
-/// Mean of what each sensor sees and should see of a placed target, over levels in the middle of what was scanned.
-PlacementReadings ReadingsOf(const RingCalibration& start, const PlacedTarget& placed, const TargetScan& scan) {
-  constexpr double kTurn = 1e-3;  // rad
-  const std::size_t sensors = start.sensors.size();
-  PlacementReadings readings;
-  std::vector<double> seen(sensors, 0.0);
-  std::vector<double> count(sensors, 0.0);
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const TargetReading& reading : scan.readings) {
-    low = std::min(low, reading.z_mm);
-    high = std::max(high, reading.z_mm);
-  }
-  const double from = low + 0.3 * (high - low);
-  const double to = low + 0.7 * (high - low);
-  for (const TargetReading& reading : scan.readings) {
-    if (reading.z_mm < from || reading.z_mm > to || reading.sensor >= sensors) continue;
-    seen[reading.sensor] += reading.range_mm;
-    count[reading.sensor] += 1.0;
-  }
-  const auto expected = [&](std::size_t sensor, double lateral, double vertical) {
-    RingCalibration turned;
-    turned.sensors = {start.sensors[sensor]};
-    turned.sensors[0].aim_lateral += lateral;
-    turned.sensors[0].aim_vertical += vertical;
-    turned.pose = start.pose;
-    turned.carriage = start.carriage;
-    const auto hit = placed.Meet(turned.RayOf(0, 0.5 * (from + to)));
-    return hit ? start.sensors[sensor].ReadingOf(hit->distance) : kNan;
+/// "board 1007: channels 3 and 5 are exchanged (sensors 48 and 50)".
+std::string ExchangeText(const SensorExchange& exchange, const std::vector<RecordedBoard>& boards) {
+  const auto board_of = [&](std::size_t sensor) {
+    return std::find_if(boards.begin(), boards.end(), [&](const RecordedBoard& board) {
+      return sensor >= board.first_sensor && sensor < std::size_t{board.first_sensor} + board.sensor_count;
+    });
   };
-  for (std::size_t i = 0; i < sensors; ++i) {
-    readings.seen_mm.push_back(count[i] >= 5.0 ? seen[i] / count[i] : kNan);
-    const double straight = expected(i, 0.0, 0.0);
-    readings.expected_mm.push_back(straight);
-    readings.lateral_slope_mm.push_back((expected(i, kTurn, 0.0) - straight) / kTurn);
-    readings.vertical_slope_mm.push_back((expected(i, 0.0, kTurn) - straight) / kTurn);
+  const auto a = board_of(exchange.a);
+  const auto b = board_of(exchange.b);
+  if (a == boards.end() || b == boards.end()) {
+    return exchange.count > 1 ? fmt::format("the {} sensors from {} on are exchanged with those from {} on",
+                                            exchange.count, exchange.a, exchange.b)
+                              : fmt::format("sensors {} and {} are exchanged", exchange.a, exchange.b);
   }
-  return readings;
+  if (exchange.count > 1) return fmt::format("boards {} and {} are exchanged", a->serial, b->serial);
+  if (a == b) {
+    return fmt::format("board {}: channels {} and {} are exchanged (sensors {} and {})", a->serial,
+                       exchange.a - a->first_sensor, exchange.b - a->first_sensor, exchange.a, exchange.b);
+  }
+  return fmt::format("channel {} of board {} and channel {} of board {} are exchanged", exchange.a - a->first_sensor,
+                     a->serial, exchange.b - b->first_sensor, b->serial);
 }
 
 /// Radius of a cylinder that took no part in the solve, with the new calibration.
@@ -244,17 +211,15 @@ TargetScan TargetScanOf(const Scan& scan, const PlannedPlacement& placement, con
   return target;
 }
 
-std::vector<ChannelSwap> SwapsIn(const RingCalibration& start, const std::vector<CalibrationTarget>& targets,
-                                 const std::vector<TargetScan>& scans, const std::vector<RecordedBoard>& boards) {
-  std::vector<PlacementReadings> placements;
+RingCalibration AtScansTemperature(const RingCalibration& start, const std::vector<TargetScan>& scans) {
+  double sum = 0.0;
+  double count = 0.0;
   for (const TargetScan& scan : scans) {
-    const auto placed = FindPose(start, targets[scan.target], scan);
-    if (placed) placements.push_back(ReadingsOf(start, *placed, scan));
+    if (!scan.ring_c) continue;
+    sum += *scan.ring_c;
+    count += 1.0;
   }
-  if (placements.size() < 2) return {};
-  SwapOptions options;
-  options.boards = boards;
-  return FindSwappedChannels(placements, options);
+  return count > 0.0 ? start.AtTemperature(sum / count) : start;
 }
 
 Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContext& task) {
@@ -268,12 +233,6 @@ Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContex
   }
   const auto boards = BoardsOf(job.scans);
   if (!boards) return Fail(boards);
-  RingCalibration start = StartOf(job);
-  CalibrateOptions options;
-  auto free = FreeSensors(job, *boards, start);
-  if (!free) return Fail(free);
-  options.free_sensors = std::move(*free);
-
   // The solver's targets: those that are not only for verification.
   std::vector<std::size_t> used;
   std::vector<CalibrationTarget> targets;
@@ -296,13 +255,21 @@ Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContex
     scan.target = static_cast<std::size_t>(known - used.begin());
     scans.push_back(std::move(scan));
   }
+  const ScanHeader& header = job.scans.front().header;
+  RingCalibration start = job.board ? job.previous->calibration
+                                    : RingCalibration::Ideal(header.ring_radius_mm, header.calibration.sensors.size());
+  start = AtScansTemperature(start, scans);
+  CalibrateOptions options;
+  auto free = FreeSensors(job, *boards, start);
+  if (!free) return Fail(free);
+  options.free_sensors = std::move(*free);
+  if (!boards->empty()) options.board_size = boards->front().sensor_count;
   CalibrationOutcome outcome;
-  outcome.swaps = SwapsIn(start, targets, scans, *boards);
   auto solution = CalibrateRing(start, targets, scans, options, task);
   if (!solution) return Fail(solution);
-  for (const ChannelSwap& swap : outcome.swaps) {
+  for (const SensorExchange& exchange : solution->exchanges) {
     solution->findings.insert(solution->findings.begin(),
-                              {CalibrationFinding::Grade::kFailure, "channels_swapped", swap.text,
+                              {CalibrationFinding::Grade::kFailure, "channels_swapped", ExchangeText(exchange, *boards),
                                "exchange their plugs, or their places in [ring] boards, and calibrate again"});
   }
   outcome.solution = std::move(*solution);

@@ -7,7 +7,6 @@
 
 #include "acquisition/calibration_file.h"
 #include "acquisition/scan.h"
-#include "acquisition/swapped_channels.h"
 #include "base/progress.h"
 #include "base/result.h"
 #include "fitting/calibrate_ring.h"
@@ -30,7 +29,6 @@ struct CalibrationOutcome {
   RingSolution solution;
   CalibrationFile file;  ///< Not written yet: certificate and hash are still empty.
   CalibrationReport report;
-  std::vector<ChannelSwap> swaps;  ///< Channels that are exchanged: then the calibration is refused.
   bool passed = false;             ///< All limits kept and nothing found that forbids its use.
 };
 
@@ -38,11 +36,8 @@ struct CalibrationOutcome {
 [[nodiscard]] TargetScan TargetScanOf(const Scan& scan, const PlannedPlacement& placement, const std::string& name,
                                       double ambient_c);
 
-/// Channels that are exchanged, from placements off the centre.
-[[nodiscard]] std::vector<ChannelSwap> SwapsIn(const RingCalibration& start,
-                                               const std::vector<CalibrationTarget>& targets,
-                                               const std::vector<TargetScan>& scans,
-                                               const std::vector<RecordedBoard>& boards);
+/// The calibration that a solve starts from, at the mean temperature of the ring in these scans.
+[[nodiscard]] RingCalibration AtScansTemperature(const RingCalibration& start, const std::vector<TargetScan>& scans);
 
 /// Solves, verifies, judges. Fails if scans are of different rings, or cannot be solved.
 [[nodiscard]] Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContext& task);
