@@ -107,10 +107,11 @@ Status Scanner::State::Check(ArmReport& report) {
                        : Status{});
   }
   check("drive", devices.axis.Verify());
-  const GateAnswer answer = gate.Ask(armed);
+  const GateAnswer answer = gate.Ask(armed, Machine());
   check("customer", answer.customer);
   check("consent", answer.consent);
   check("store", answer.store);
+  check("calibration", answer.calibration);
   check("reference", answer.reference);
   check("wall_clock", clock.WallNow() >= kClockSane
                           ? Status{}

@@ -100,7 +100,6 @@ Status CheckConsent(const Config& config, const ScanOptions& options, CommandIo&
 Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
-  if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
   if (options.out.empty()) {
     io.set_failure_code(kWrongUsage);
     return Fail("scan", "--out is empty", "name the recording to write");

@@ -22,6 +22,19 @@ using toml_table::ToNumber;
 using toml_table::ToText;
 using toml_table::WholeIn;
 
+void ReadCalibration(const toml::node& node, CalibrationConfig& calibration) {
+  ReadTable(node, "calibration",
+            {{"file", ToText(calibration.file)},
+             {"reference_check", ToText(calibration.reference_check)},
+             {"reference_hours", ToNumber(calibration.reference_hours, 0.1, 10'000.0)},
+             {"uncalibrated", [&](const toml::node& n, const std::string& key) {
+                const std::string text = Text(n, key);
+                if (text != "refuse" && text != "mark") Refuse(n, key, "\"refuse\" or \"mark\"");
+                calibration.uncalibrated =
+                    text == "mark" ? CalibrationConfig::Uncalibrated::kMark : CalibrationConfig::Uncalibrated::kRefuse;
+              }}});
+}
+
 ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
   ProfileConfig profile;
   ReadTable(node, name,
@@ -60,10 +73,7 @@ Config ReadAll(const toml::table& root) {
            config.profiles[std::string(name.str())] = ReadProfile(value, "profile." + std::string(name.str()));
          }
        }},
-      {"calibration",
-       [&](const toml::node& n, const std::string&) {
-         ReadTable(n, "calibration", {{"file", ToText(config.calibration_file)}});
-       }},
+      {"calibration", [&](const toml::node& n, const std::string&) { ReadCalibration(n, config.calibration); }},
       {"store", Ignore()},
       {"console", Ignore()},
       {"sim", [&](const toml::node& n, const std::string&) { ReadSimSection(n, config.sim); }}};

@@ -49,6 +49,21 @@ struct SimConfig {
   SimRing ring;
 };
 
+/// [calibration]: which calibration of the ring is in force, and what a scan without a good one is worth.
+struct CalibrationConfig {
+  /// What becomes of a scan without a calibration file.
+  enum class Uncalibrated {
+    kByBooth,  ///< Refused on real rings, marked on simulated ones.
+    kRefuse,
+    kMark,  ///< Taken; every result says that the ring was not calibrated.
+  };
+
+  std::string file;               ///< CAL.json; "": none.
+  std::string reference_check;    ///< File that 'annulus check' keeps; "": not asked for.
+  double reference_hours = 24.0;  ///< A reference check older than that is none.
+  Uncalibrated uncalibrated = Uncalibrated::kByBooth;
+};
+
 /// A station's configuration (docs/config.md). Unknown keys are errors.
 struct Config {
   std::string station_id = "sim";
@@ -56,7 +71,7 @@ struct Config {
   AxisConfig axis;
   InterlockConfig interlock;
   std::map<std::string, ProfileConfig> profiles;
-  std::string calibration_file;
+  CalibrationConfig calibration;
   SimConfig sim;
 };
 

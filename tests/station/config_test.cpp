@@ -72,7 +72,7 @@ faults = "plans/estop.json"
   EXPECT_TRUE(config->profiles.at("bust").find_top);
   EXPECT_FALSE(config->profiles.at("bust").z_top_mm.has_value());
   EXPECT_EQ(config->profiles.at("bust").sweeps, 2U);
-  EXPECT_EQ(config->calibration_file, "cal.json");
+  EXPECT_EQ(config->calibration.file, "cal.json");
   EXPECT_EQ(config->sim.seed, 42U);
   EXPECT_EQ(config->sim.subject, "head");
   EXPECT_EQ(config->sim.noise_mm, 0.25);
