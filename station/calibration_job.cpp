@@ -9,6 +9,7 @@
 
 #include "fitting/cylinder_fit.h"
 #include "fitting/placement_pose.h"
+#include "station/calibration_verdict.h"
 #include "station/command_line.h"
 
 namespace annulus {
@@ -145,7 +146,7 @@ Result<CalibrationVerification> Verify(const RingSolution& solution, const Calib
   double sum = 0.0;
   double used = 0.0;
   for (std::size_t i = 0; i < means.size(); ++i) {
-    verification.sensor_rms_mm.push_back(counts[i] > 0.0 ? std::abs(means[i] / counts[i]) : 0.0);
+    verification.sensor_residual_mm.push_back(counts[i] >= 5.0 ? means[i] / counts[i] : kNan);
     if (counts[i] < 5.0) continue;
     sum += std::pow(means[i] / counts[i], 2);
     used += 1.0;

@@ -13,6 +13,7 @@
 #include "acquisition/recording.h"
 #include "station/calibration_guide.h"
 #include "station/calibration_job.h"
+#include "station/calibration_verdict.h"
 #include "station/commands.h"
 #include "station/config.h"
 #include "station/devices.h"
@@ -79,7 +80,7 @@ Json ResultJson(const CalibrationOutcome& outcome, const std::string& out) {
                       {"unit", line.unit},
                       {"left", line.left ? Json(*line.left) : Json()},
                       {"limit", line.limit},
-                      {"pass", line.left_verdict != LimitLine::Verdict::kFail}});
+                      {"pass", line.left_verdict() != LimitLine::Verdict::kFail}});
   }
   return {{"passed", outcome.passed},
           {"traceable", outcome.file.traceable},
@@ -108,7 +109,7 @@ std::string ResultText(const CalibrationOutcome& outcome, const CalibrateCommand
   for (const LimitLine& line : JudgeCalibration(outcome.report)) {
     if (!line.left) continue;
     text += fmt::format("{:<58} {:>9.3g} {:<4} limit {:.3g}  {}\n", line.name, *line.left, line.unit, line.limit,
-                        line.left_verdict == LimitLine::Verdict::kFail ? "FAIL" : "pass");
+                        line.left_verdict() == LimitLine::Verdict::kFail ? "FAIL" : "pass");
   }
   text += TraceabilityOf(outcome.report).statement + "\n";
   text += outcome.passed ? "calibration: " + options.out + "\n"
