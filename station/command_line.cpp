@@ -97,11 +97,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   AddProgressOption(app, progress);
   CommandWork chosen;
   for (const auto& add :
-       {AddDemoCommand,    AddScanCommand,     AddReplayCommand,   AddImportCommand,    AddExportCommand,
-        AddInspectCommand, AddRecoverCommand,  AddFitCommand,      AddEvalCommand,      AddSectionCommand,
-        AddSlabCommand,    AddRegionCommand,   AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
-        AddCompareCommand, AddGlassesCommand,  AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
-        AddBoothdCommand,  AddCalibrateCommand}) {
+       {AddDemoCommand,    AddScanCommand,      AddReplayCommand,   AddImportCommand,    AddExportCommand,
+        AddInspectCommand, AddRecoverCommand,   AddFitCommand,      AddEvalCommand,      AddSectionCommand,
+        AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
+        AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
+        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -5,7 +5,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "acquisition/recording.h"
+#include "station/breath_report.h"
 #include "station/commands.h"
 #include "station/config.h"
 #include "station/devices.h"
@@ -27,34 +30,60 @@ struct ScanOptions {
   std::string subject_id;
   std::string consent;
   std::string key_file;
+  std::string breath_image;
   bool force = false;
   std::string json;
 };
 
-Json OutcomeToJson(const ScanOutcome& outcome, const std::string& recording) {
-  const ScanSummary& s = outcome.summary;
-  return {{"quality", outcome.quality ? Json::parse(JsonFromQuality(*outcome.quality)) : Json()},
-          {"recording", recording},
-          {"cancelled", s.cancelled},
-          {"plan", Json::parse(PlanJson(outcome.plan))},
-          {"adjusted", outcome.adjusted},
-          {"planned_levels", s.planned_levels},
-          {"levels", s.levels},
-          {"missing_levels", s.missing_levels},
-          {"sweeps", s.sweeps},
-          {"returns", s.returns},
-          {"no_returns", s.no_returns},
-          {"lost_frames", s.ring.lost_frames},
-          {"rejected_frames", s.ring.rejected_frames},
-          {"worst_clock_bound_us", s.worst_clock_bound_us},
-          {"duration_s", std::chrono::duration<double>(s.end - s.start).count()}};
+/// What a parked ring saw of a breath, or why that cannot be told; nothing if the ring moved.
+using BreathOutcome = std::optional<Result<BreathMeasures>>;
+
+BreathOutcome BreathOf(const ScanOutcome& outcome, const ScanOptions& options, const KeySource* keys, CommandIo& io,
+                       const TaskContext& task) {
+  if (!outcome.plan.parked()) return std::nullopt;
+  const auto scan = ReadRecording(io.storage(), options.out, keys);
+  if (!scan) return Result<BreathMeasures>(Fail(scan));
+  return BreathOfScan(*scan, task);
 }
 
-std::string OutcomeToText(const ScanOutcome& outcome, const std::string& recording) {
+Status WriteBreathImage(const BreathOutcome& breath, const std::string& path, CommandIo& io) {
+  if (path.empty()) return {};
+  if (!breath) return Fail("draw a breath", "the ring moved", "scan with the profile breath");
+  if (!*breath) return Fail(*breath);
+  const auto image = DrawBreath(**breath);
+  if (!image) return Fail(image);
+  return WritePngFile(io.storage(), path, *image);
+}
+
+Json OutcomeToJson(const ScanOutcome& outcome, const BreathOutcome& breath, const std::string& recording) {
+  const ScanSummary& s = outcome.summary;
+  Json json{{"quality", outcome.quality ? Json::parse(JsonFromQuality(*outcome.quality)) : Json()},
+            {"recording", recording},
+            {"cancelled", s.cancelled},
+            {"plan", Json::parse(PlanJson(outcome.plan))},
+            {"adjusted", outcome.adjusted},
+            {"planned_levels", s.planned_levels},
+            {"levels", s.levels},
+            {"missing_levels", s.missing_levels},
+            {"sweeps", s.sweeps},
+            {"returns", s.returns},
+            {"no_returns", s.no_returns},
+            {"lost_frames", s.ring.lost_frames},
+            {"rejected_frames", s.ring.rejected_frames},
+            {"worst_clock_bound_us", s.worst_clock_bound_us},
+            {"duration_s", std::chrono::duration<double>(s.end - s.start).count()}};
+  if (!breath) return json;
+  json["breath"] = *breath ? JsonFromBreath(**breath) : Json();
+  if (!*breath) json["breath_trouble"] = breath->error().Text();
+  return json;
+}
+
+std::string OutcomeToText(const ScanOutcome& outcome, const BreathOutcome& breath, const std::string& recording) {
   std::string text;
   for (const std::string& reason : outcome.adjusted) text += "plan adjusted: " + reason + "\n";
   text += outcome.summary.BriefReport() + "\n";
   if (outcome.quality) text += TextFromQuality(*outcome.quality);
+  if (breath) text += *breath ? TextFromBreath(**breath) : "no girth: " + breath->error().Text() + "\n";
   return text + "recording: " + recording + "\n";
 }
 
@@ -89,16 +118,22 @@ Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   const ScanRequest request{options.profile, options.out, options.subject_id, options.consent, keys->get()};
   const auto outcome = RunScanJob(*config, request, io.storage(), task);
-  display.Clear();
-  if (!outcome) return Fail(outcome);
+  if (!outcome) {
+    display.Clear();
+    return Fail(outcome);
+  }
   if (outcome->summary.cancelled) {
+    display.Clear();
     Error error = InterruptedError("scan to " + options.out);
     error.seen += outcome->recorded ? fmt::format(", {} levels are recorded", outcome->summary.levels)
                                     : std::string(" before the first level");
     return tl::unexpected(error);
   }
-  return options.json.empty() ? io.Print(OutcomeToText(*outcome, options.out))
-                              : io.WriteJson(options.json, OutcomeToJson(*outcome, options.out));
+  const BreathOutcome breath = BreathOf(*outcome, options, keys->get(), io, task);
+  display.Clear();
+  RETURN_IF_ERROR(options.json.empty() ? io.Print(OutcomeToText(*outcome, breath, options.out))
+                                       : io.WriteJson(options.json, OutcomeToJson(*outcome, breath, options.out)));
+  return WriteBreathImage(breath, options.breath_image, io);
 }
 
 }  // namespace
@@ -118,6 +153,8 @@ void AddScanCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--subject-id", options->subject_id, "pseudonym of the subject, never a name")->type_name("ID");
   command->add_option("--consent", options->consent, "reference of the subject's consent")->type_name("REF");
   AddKeyFileOption(*command, options->key_file);
+  command->add_option("--breath-image", options->breath_image, "of a parked ring: the girth over time as a picture")
+      ->type_name("F.png");
   command->add_flag("--force", options->force, "replace an existing recording");
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus scan --config sim --profile body --out scan.mcap");

@@ -23,6 +23,7 @@ void AddInspectCommand(CLI::App& app, CommandWork& chosen);
 void AddRecoverCommand(CLI::App& app, CommandWork& chosen);
 void AddFitCommand(CLI::App& app, CommandWork& chosen);
 void AddEvalCommand(CLI::App& app, CommandWork& chosen);
+void AddBreathCommand(CLI::App& app, CommandWork& chosen);
 void AddSectionCommand(CLI::App& app, CommandWork& chosen);
 void AddSlabCommand(CLI::App& app, CommandWork& chosen);
 void AddRegionCommand(CLI::App& app, CommandWork& chosen);

@@ -41,6 +41,7 @@ Result<ScanPlan> OwnPlan(const std::string& name, const ProfileConfig& profile) 
 void Override(ScanPlan& plan, const ProfileConfig& profile) {
   if (profile.z_top_mm) plan.z_top_mm = *profile.z_top_mm;
   if (profile.z_bottom_mm) plan.z_bottom_mm = *profile.z_bottom_mm;
+  if (plan.parked() && profile.z_top_mm && !profile.z_bottom_mm) plan.z_bottom_mm = plan.z_top_mm;
   if (profile.pitch_mm) plan.pitch_mm = *profile.pitch_mm;
   if (profile.speed_mm_s) plan.speed_mm_s = *profile.speed_mm_s;
   if (profile.sweeps) plan.sweeps = *profile.sweeps;
@@ -60,7 +61,7 @@ std::vector<std::string> ProfileNames(const Config& config) {
 
 bool NeedsTop(const Config& config, const std::string& name) {
   const ProfileConfig profile = Configured(config, name);
-  return profile.find_top || (name == "head" && !profile.z_top_mm);
+  return profile.find_top || ((name == "head" || name == "breath") && !profile.z_top_mm);
 }
 
 Result<ScanPlan> PlanOfProfile(const Config& config, const std::string& name,

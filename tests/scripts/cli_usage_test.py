@@ -5,7 +5,7 @@ import annulus_cli
 from annulus_cli import ProgramTest
 
 COMMANDS = ("demo", "scan", "replay", "import", "export", "inspect", "recover", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance",
-            "compare", "glasses", "render", "doctor", "sim-devices", "boothd")
+            "compare", "glasses", "render", "doctor", "sim-devices", "boothd", "breath")
 NOT_YET = ("calibrate", "clay", "elastic", "flatten", "wrinkly", "convert", "serve", "store", "rebuild", "batch", "support-bundle")
 
 
