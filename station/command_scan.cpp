@@ -31,6 +31,12 @@ struct ScanOptions {
   std::string json;
 };
 
+/// Null without reference sensors.
+Json ReferenceToJson(const ScanSummary& summary) {
+  if (!summary.reference_levels) return nullptr;
+  return {{"levels", *summary.reference_levels}, {"trouble", summary.reference_trouble}};
+}
+
 Json OutcomeToJson(const ScanOutcome& outcome, const std::string& recording) {
   const ScanSummary& s = outcome.summary;
   return {{"quality", outcome.quality ? Json::parse(JsonFromQuality(*outcome.quality)) : Json()},
@@ -47,6 +53,7 @@ Json OutcomeToJson(const ScanOutcome& outcome, const std::string& recording) {
           {"lost_frames", s.ring.lost_frames},
           {"rejected_frames", s.ring.rejected_frames},
           {"worst_clock_bound_us", s.worst_clock_bound_us},
+          {"reference", ReferenceToJson(s)},
           {"duration_s", std::chrono::duration<double>(s.end - s.start).count()}};
 }
 

@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "base/reference_sensor.h"
+#include "sim/booth.h"
 #include "station/device_sections.h"
 #include "station/toml_table.h"
 
@@ -58,6 +60,7 @@ void ReadSim(const toml::node& node, SimConfig& sim) {
              {"spectacles", ToFlag(sim.spectacles)},
              {"dark_patches", ToFlag(sim.dark_patches)},
              {"faults", ToText(sim.faults)},
+             {"reference", ToFlag(sim.reference)},
              {"cap", ToFlag(sim.cap)},
              {"loose_clothing", ToFlag(sim.loose_clothing)},
              {"step_aside_s", ToNumber(sim.step_aside_s, 0.0, 1e4)},
@@ -92,6 +95,9 @@ Config ReadAll(const toml::table& root) {
       {"console", Ignore()},
       {"sim", [&](const toml::node& n, const std::string&) { ReadSim(n, config.sim); }}};
   ReadTable(root, "the file", sections);
+  if (config.sim.reference && !config.ring.reference) {
+    config.ring.reference = ReferenceConfig{sim::BoothDevices::kReferenceSerial, StandardReferenceSensors()};
+  }
   return config;
 }
 

@@ -211,6 +211,7 @@ ScanHeader ScanJobRun::Header() const {
   header.ring_radius_mm = config_.ring.radius_mm;
   header.calibration = RingCalibration::Ideal(config_.ring.radius_mm);
   header.profile = request_.profile;
+  header.reference = RecordedReferenceOf(config_.ring);
   header.machine.ring_bus = RingBusText(config_.ring.bus);
   return header;
 }

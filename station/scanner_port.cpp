@@ -37,6 +37,7 @@ Status ScannerPort::Arm(const ArmOrder& order) {
   request.header.program_version = ProgramVersion();
   request.header.ring_radius_mm = config.ring.radius_mm;
   request.header.calibration = RingCalibration::Ideal(config.ring.radius_mm);
+  request.header.reference = RecordedReferenceOf(config.ring);
   request.header.profile = order.profile;
   request.header.seed = description_.simulated ? config.sim.seed : 0;
   if (!order.search) {
