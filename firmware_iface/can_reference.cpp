@@ -76,15 +76,15 @@ void CanReference::Await(std::uint32_t sequence, nanoseconds deadline, std::vect
   CanRingBus& bus = buses[node_->bus];
   CanNode& node = NodeOf(buses);
   const auto decided = [&] { return node.levels.has_level() || node.levels.next() > sequence; };
-  const auto hopeless = [&] { return bus.fault() || !node.trouble.empty(); };
   bool drained = false;
-  while (!decided() && !hopeless()) {
+  while (!decided() && !bus.fault()) {
     if (drained && clock.Now() >= deadline) break;
-    drained = bus.CollectUntil(deadline, [&] { return decided() || hopeless(); });
+    drained = bus.CollectUntil(deadline, [&] { return decided() || bus.fault(); });
   }
   if (!decided()) static_cast<void>(node.levels.GiveUpOldest());
-  if (!decided())
-    board_.trouble = node.trouble.empty() ? "read " + BoardName(node_->board) + ": it says nothing" : node.trouble;
+  if (decided()) return;
+  // What it reported, if anything, is why; as long as its levels come, they count.
+  board_.trouble = node.trouble.empty() ? "read " + BoardName(node_->board) + ": it says nothing" : node.trouble;
 }
 
 Status CanReference::Put(std::vector<CanRingBus>& buses, RingLevel& level) {

@@ -96,7 +96,7 @@ void CanRingBus::RaiseBoardFault(NodeId node, std::string seen, std::string advi
   const bool hazard = nodes_.at(node).emergency == kEmergencyEmitter;
   if (node == beside_ && !hazard) {
     nodes_.at(node).trouble = attempted + ": " + seen;
-    return;
+    return LogLimited(nodes_.at(node).trouble);
   }
   if (!fault_) fault_is_of_a_board_ = true;
   RaiseFault(attempted, std::move(seen), std::move(advice));

@@ -107,6 +107,7 @@ class Booth {
   [[nodiscard]] SafetyChain& safety() { return devices_.safety(); }
 
   /// For judging: what is really so.
+  [[nodiscard]] std::size_t board_count() const { return devices_.board_count(); }
   [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }
   [[nodiscard]] RingBoardModel& board(std::size_t index) { return devices_.board(index); }
   [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return devices_.can_board(index); }
