@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 /// What an exchange with a board that may be dead costs the ring at most.
-constexpr nanoseconds kPatience = milliseconds(20);
+constexpr nanoseconds kPatience = milliseconds(50);
 constexpr int kAttempts = 2;
 
 }  // namespace

@@ -46,9 +46,9 @@ struct RingLevel {
   std::vector<double> range_mm;       ///< One per sensor; NaN: no return, or the board's frame was lost.
   std::vector<std::uint8_t> quality;  ///< One per sensor, 0 (none) … 255 (best).
   /// Of the reference board, as ReferenceBoardOptions lists its channels; empty without one.
-  BoardStamp reference;
-  std::vector<double> reference_range_mm;       ///< NaN: no return, or no frame of the board.
-  std::vector<std::uint8_t> reference_quality;  ///< 0 (none) … 255 (best).
+  BoardStamp reference{};
+  std::vector<double> reference_range_mm{};       ///< NaN: no return, or no frame of the board.
+  std::vector<std::uint8_t> reference_quality{};  ///< 0 (none) … 255 (best).
 };
 
 /// A board beside the ring whose sensors stand still (docs/booth.md): another concentrator board on the same bus and

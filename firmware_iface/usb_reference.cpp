@@ -13,7 +13,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 /// What a request to a board that may be dead costs the ring at most.
-constexpr nanoseconds kPatience = std::chrono::milliseconds(20);
+constexpr nanoseconds kPatience = std::chrono::milliseconds(50);
 
 /// The ring's options for this board alone.
 UsbRangeRingOptions Alone(UsbRangeRingOptions options) {
