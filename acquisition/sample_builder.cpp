@@ -27,6 +27,18 @@ void PutReading(std::string& out, const RangeReading& reading) {
 
 void Update(Sha256& hash, const std::string& bytes) { hash.Update(std::as_bytes(std::span(bytes))); }
 
+/// What a plain calibration does not have.
+void PutBeyondPlain(std::string& bytes, const RingCalibration& calibration) {
+  for (const SensorCalibration& sensor : calibration.sensors) Put(bytes, sensor.range_quadratic);
+  const RingPose& pose = calibration.pose;
+  for (const double number : {pose.x_mm, pose.y_mm, pose.tilt_x, pose.tilt_y}) Put(bytes, number);
+  const CarriagePath& carriage = calibration.carriage;
+  for (const double number : {carriage.position_scale, carriage.slope_x, carriage.slope_y}) Put(bytes, number);
+  for (const auto* numbers : {&carriage.knots_z_mm, &carriage.x_mm, &carriage.y_mm}) {
+    for (const double number : *numbers) Put(bytes, number);
+  }
+}
+
 /// Distance along `ray` at which it passes closest to the ring's axis, mm; infinite for a ray parallel to the axis.
 double DistanceToAxis(const Ray& ray) {
   const double horizontal = ray.direction.head<2>().squaredNorm();
@@ -86,6 +98,7 @@ ScanHasher::ScanHasher(const ScanHeader& header) {
       Put(bytes, number);
     }
   }
+  if (!header.calibration.IsPlain()) PutBeyondPlain(bytes, header.calibration);
   if (header.reference) {
     Put(bytes, static_cast<std::uint32_t>(header.reference->sensors.size()));
     for (const ReferenceSensor& sensor : header.reference->sensors) {

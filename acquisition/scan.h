@@ -63,7 +63,8 @@ struct RecordedMachine {
   double axis_z_max_mm = 0.0;
   double axis_max_speed_mm_s = 0.0;
   double axis_max_acceleration_mm_s2 = 0.0;
-  double level_rate_hz = 0.0;  ///< SYNC edges per second; 0 where unknown.
+  double level_rate_hz = 0.0;                ///< SYNC edges per second; 0 where unknown.
+  std::optional<double> ring_temperature_c;  ///< Mean of the boards before the scan, degrees Celsius; nothing: unknown.
 
   bool operator==(const RecordedMachine&) const = default;
 };

@@ -28,6 +28,19 @@ std::string Joined(const std::vector<std::string>& reasons) {
   return text;
 }
 
+/// Of the boards that said something of the level.
+std::optional<double> MeanTemperature(const RingLevel& level) {
+  double sum = 0.0;
+  int count = 0;
+  for (const BoardStamp& board : level.boards) {
+    if (!board.present) continue;
+    sum += board.temperature_c;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
 /// Longest that a scan of this plan can take, from the start key to the last level on the disk.
 nanoseconds LongestOf(const ScanPlan& plan, const AxisLimits& limits) {
   double seconds = plan.dwell_s;
@@ -96,10 +109,11 @@ Status Scanner::State::Check(ArmReport& report) {
                        : Status{});
   }
   check("drive", devices.axis.Verify());
-  const GateAnswer answer = gate.Ask(armed);
+  const GateAnswer answer = gate.Ask(armed, Machine());
   check("customer", answer.customer);
   check("consent", answer.consent);
   check("store", answer.store);
+  check("calibration", answer.calibration);
   check("reference", answer.reference);
   check("wall_clock", clock.WallNow() >= kClockSane
                           ? Status{}
@@ -143,7 +157,9 @@ Status Scanner::State::ProveRing() {
     RETURN_IF_ERROR(devices.ring.Start(
         Hertz(std::clamp(kProvingRateHz, limits.min_level_rate.value(), limits.max_level_rate.value()))));
     for (int i = 0; i < kProvingLevels; ++i) {
-      if (const auto level = devices.ring.NextLevel(devices.clock.Now() + kFirstLevel); !level) return Fail(level);
+      const auto level = devices.ring.NextLevel(devices.clock.Now() + kFirstLevel);
+      if (!level) return Fail(level);
+      ring_temperature_c = MeanTemperature(*level);
     }
     return {};
   };
@@ -229,6 +245,7 @@ RecordedMachine Scanner::State::Machine() const {
   machine_now.axis_max_speed_mm_s = identity.limits.max_speed.value();
   machine_now.axis_max_acceleration_mm_s2 = identity.limits.max_acceleration.value();
   machine_now.level_rate_hz = plan.level_rate_hz;
+  machine_now.ring_temperature_c = ring_temperature_c;
   return machine_now;
 }
 

@@ -184,6 +184,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::optional<QualityMonitor> quality;  ///< Of the armed or running scan.
   ArmRequest armed;
   ScanPlan plan;
+  std::optional<double> ring_temperature_c;  ///< Degrees Celsius, as the boards said when the ring was tried.
   std::uint64_t scan_number = 0;
   std::optional<std::chrono::nanoseconds> settling_since;  ///< All levels are taken; the disk has not all of them yet.
   std::chrono::nanoseconds next_reopen{0};

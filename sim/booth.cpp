@@ -18,6 +18,13 @@ AxisDriveOptions Seeded(AxisDriveOptions options, std::uint64_t seed) {
   return options;
 }
 
+/// The ring as it really is, at the temperature that its boards have.
+RingCalibration TrueRing(const BoothOptions& options) {
+  const RingCalibration ring =
+      options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm);
+  return ring.range_mm_per_c == 0.0 ? ring : ring.AtTemperature(options.board.temperature_c);
+}
+
 std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
   ENSURE(subject != nullptr, "somebody stands in the booth");
   return subject;
@@ -27,7 +34,7 @@ std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
 
 BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     : subject_(Present(std::move(options.subject))),
-      calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
+      calibration_(TrueRing(options)),
       beam_(options.beam),
       drive_(Seeded(options.axis, options.seed), clock),
       world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm},

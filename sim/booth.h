@@ -28,7 +28,8 @@ struct BoothOptions {
   BeamOptions beam;
   double ring_radius_mm = 600.0;
   std::uint64_t seed = 1;
-  std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
+  /// True geometry at its reference temperature, 180 sensors; ideal unless given. The boards have board.temperature_c.
+  std::optional<RingCalibration> calibration;
   /// Wires the drive's inputs and brake to the safety chain, as in a real booth: it can be enabled only after somebody
   /// has pressed the reset button and the program keeps the chain's enable alive. Off, because the scanner does not
   /// serve the interlock yet: nobody would press reset.

@@ -193,6 +193,9 @@ class ModelFaultActor final : public FaultActor {
   void BeginOnAxis(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void BeginOnBoards(std::size_t number, const Fault& fault, std::chrono::nanoseconds from,
                      std::chrono::nanoseconds to);
+  /// Puts a fault on a board, on every bus that it hangs on.
+  void Damage(std::size_t number, std::size_t board, const BoardFault& fault);
+  void SwapSensors(std::size_t number, const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void BeginOnChain(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void DamageChain(const Fault& fault);
   void EndOnChain(const Fault& fault, std::chrono::nanoseconds time);

@@ -161,6 +161,11 @@ std::vector<FaultKindTraits> SensorsKinds() {
        Span::kAny,
        {Must(Arg::kBoard, 0, 11), Must(Arg::kSensor, 0, 65'535)}},
       {Kind::kSensorsEmitterFault, Target::kSensors, "emitter_fault", Span::kAny, board},
+      {Kind::kSensorsSwapped,
+       Target::kSensors,
+       "swapped",
+       Span::kAny,
+       {Must(Arg::kSensor, 0, 179), Must(Arg::kOther, 0, 179), Or(Arg::kSensors, 1, 90, 1)}},
   };
 }
 

@@ -74,9 +74,9 @@ BeamReading RingBoardCore::LookFromWall(std::size_t channel, nanoseconds time, s
   return hidden && to_ring_mm > 0.0 ? BeamReading{to_ring_mm, 255} : seen;
 }
 
-BeamReading RingBoardCore::Look(std::size_t channel, nanoseconds time, std::mt19937_64& random) const {
-  if (!options_.reference.empty()) return LookFromWall(channel, time, random);
-  const Ray ray = world_.ring.RayOf(options_.first_sensor + channel, world_.axis.TrueZ(time));
+BeamReading RingBoardCore::Look(std::size_t sensor, nanoseconds time, std::mt19937_64& random) const {
+  if (!options_.reference.empty()) return LookFromWall(sensor - options_.first_sensor, time, random);
+  const Ray ray = world_.ring.RayOf(sensor, world_.axis.TrueZ(time));
   const double time_s = static_cast<double>(time.count()) * 1e-9;
   return world_.beam.Measure(world_.subject, ray, time_s, world_.max_range_mm, random);
 }
@@ -88,13 +88,15 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
   frame.board_serial = options_.serial;
   frame.sequence = sequence;
   frame.device_time = DeviceTime(fire);
-  frame.temperature_centi_c = static_cast<std::int16_t>(3000 + BoardBits(BoardDraw::kTemperature) % 200);
+  // Boards of one ring differ by up to a degree to either side.
+  frame.temperature_centi_c = static_cast<std::int16_t>(std::lround(100.0 * options_.temperature_c) - 100 +
+                                                        static_cast<long>(BoardBits(BoardDraw::kTemperature) % 200));
   for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
-    const std::size_t sensor = options_.first_sensor + i;
-    BeamReading reading = Look(i, fire, random);
+    const std::size_t sensor = faults_.WiredTo(i, fire).value_or(options_.first_sensor + i);
+    BeamReading reading = Look(sensor, fire, random);
     if (const auto stuck = faults_.StuckSince(i, fire)) {
       std::mt19937_64 then(MixSeed(BoardBits(BoardDraw::kStuck), sensor));
-      reading = Look(i, *stuck, then);
+      reading = Look(sensor, *stuck, then);
       if (std::isnan(reading.range_mm)) reading = kStuckInTheAir;
     }
     // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).

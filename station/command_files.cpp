@@ -99,6 +99,7 @@ Json MachineJson(const RecordedMachine& machine) {
   }
   return {{"ring_bus", machine.ring_bus},
           {"level_rate_hz", machine.level_rate_hz},
+          {"ring_temperature_c", machine.ring_temperature_c ? Json(*machine.ring_temperature_c) : Json()},
           {"boards", std::move(boards)},
           {"axis_serial", machine.axis_serial},
           {"axis_firmware_version", machine.axis_firmware_version},

@@ -78,7 +78,6 @@ Status CheckConsent(const Config& config, const ScanOptions& options, CommandIo&
 Status RunScanCommand(const ScanOptions& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
-  if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
   if (options.out.empty()) {
     io.set_failure_code(kWrongUsage);
     return Fail("scan", "--out is empty", "name the recording to write");
@@ -117,7 +116,9 @@ void AddScanCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--config", options->config, "the station's configuration; 'sim' is the built-in simulated booth")
       ->type_name("F")
       ->capture_default_str();
-  command->add_option("--profile", options->profile, "body, torso, head, breath, or a profile of the configuration")
+  command
+      ->add_option("--profile", options->profile,
+                   "body, torso, head, breath, target, target_fine, or a profile of the configuration")
       ->required()
       ->type_name("P");
   command->add_option("--out", options->out, "recording to write")->required()->type_name("SCAN");

@@ -22,6 +22,8 @@ Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage)
   options.ring_radius_mm = config.ring.radius_mm;
   options.seed = config.sim.seed;
   if (config.sim.reference && config.ring.reference) options.reference = config.ring.reference->sensors;
+  options.calibration = SimulatedRing(config.sim.ring, config.ring.radius_mm, config.sim.seed);
+  if (config.sim.ring.temperature_c) options.board.temperature_c = *config.sim.ring.temperature_c;
   return options;
 }
 

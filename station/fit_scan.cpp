@@ -135,6 +135,30 @@ std::optional<SwayErrors> SwayOf(const std::vector<Scan>& scans) {
 
 }  // namespace
 
+namespace {
+
+/// What the calibration that a scan was taken with leaves unknown; of several scans the worst counts.
+std::optional<CalibrationErrors> CalibrationErrorsOf(const std::vector<Scan>& scans) {
+  std::optional<CalibrationErrors> worst;
+  for (const Scan& scan : scans) {
+    const auto& uncertainty = scan.header.calibration.uncertainty;
+    if (!uncertainty) return std::nullopt;  // one scan of an uncalibrated ring spoils all
+    CalibrationErrors errors;
+    const auto own = Eigen::Map<const Eigen::ArrayXd>(uncertainty->own_mm.data(),
+                                                      static_cast<Eigen::Index>(uncertainty->own_mm.size()));
+    errors.offset_covariance = Eigen::MatrixXd(own.square().matrix().asDiagonal());
+    if (uncertainty->together_mm.cols() > 0) {
+      errors.offset_covariance += uncertainty->together_mm * uncertainty->together_mm.transpose();
+    }
+    errors.height_scale_sigma = uncertainty->height_scale_sigma;
+    errors.height_offset_sigma = uncertainty->height_offset_sigma_mm;
+    if (!worst || errors.offset_covariance.sum() > worst->offset_covariance.sum()) worst = std::move(errors);
+  }
+  return worst;
+}
+
+}  // namespace
+
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
   ScanFit result;
   std::string hashes;
@@ -157,9 +181,16 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
     if (!systematic) systematic.emplace();
     systematic->sway = *sway;
   }
+  if (auto calibration = CalibrationErrorsOf(scans)) {
+    auto& systematic = result.fit.model.systematic;
+    if (!systematic) systematic.emplace();
+    systematic->calibration = std::move(*calibration);
+  }
   Provenance& provenance = result.fit.model.provenance;
   provenance.recording_hash = hashes;
-  provenance.calibration_hash = ScanHash({scans.front().header, {}});  // of the geometry alone
+  const RingCalibration& calibration = scans.front().header.calibration;
+  provenance.calibration_hash = calibration.certificate.empty() ? ScanHash({scans.front().header, {}})  // the geometry
+                                                                : calibration.certificate;
   provenance.program_version = ProgramVersion();
   provenance.seed = scans.front().header.seed;
   return result;

@@ -7,7 +7,7 @@ namespace annulus {
 namespace {
 
 constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
-constexpr std::array kBuiltIn{"body", "torso", "head", "breath"};
+constexpr std::array kBuiltIn{"body", "torso", "head", "breath", "target", "target_fine"};
 
 bool IsBuiltIn(const std::string& name) { return std::find(kBuiltIn.begin(), kBuiltIn.end(), name) != kBuiltIn.end(); }
 
@@ -45,6 +45,7 @@ void Override(ScanPlan& plan, const ProfileConfig& profile) {
   if (profile.speed_mm_s) plan.speed_mm_s = *profile.speed_mm_s;
   if (profile.sweeps) plan.sweeps = *profile.sweeps;
   if (profile.level_rate_hz) plan.level_rate_hz = *profile.level_rate_hz;
+  if (profile.of_target) plan.of_target = true;
 }
 
 }  // namespace

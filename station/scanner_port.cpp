@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "station/calibration_gate.h"
 #include "station/command_line.h"
 #include "station/profile_plan.h"
 
@@ -36,7 +37,9 @@ Status ScannerPort::Arm(const ArmOrder& order) {
   request.header.consent_reference = order.consent;
   request.header.program_version = ProgramVersion();
   request.header.ring_radius_mm = config.ring.radius_mm;
-  request.header.calibration = RingCalibration::Ideal(config.ring.radius_mm);
+  auto calibration = CalibrationInForce(config, order.profile, options_.storage);
+  if (!calibration) return Fail(calibration);
+  request.header.calibration = std::move(*calibration);
   request.header.reference = RecordedReferenceOf(config.ring);
   request.header.profile = order.profile;
   request.header.seed = description_.simulated ? config.sim.seed : 0;

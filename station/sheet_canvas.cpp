@@ -3,6 +3,9 @@
 #include <cairo-pdf.h>
 #include <pango/pangocairo.h>
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace annulus {
@@ -31,6 +34,15 @@ cairo_status_t Collect(void* bytes, const unsigned char* data, unsigned int leng
   return CAIRO_STATUS_SUCCESS;
 }
 
+/// The linear value of each byte of a picture.
+std::array<float, 256> LinearBytes() {
+  std::array<float, 256> linear{};
+  for (std::size_t k = 0; k < linear.size(); ++k) {
+    linear[k] = static_cast<float>(LinearFromSrgb(static_cast<double>(k) / 255.0));
+  }
+  return linear;
+}
+
 }  // namespace
 
 struct SheetCanvas::State {
@@ -38,6 +50,33 @@ struct SheetCanvas::State {
   Surface surface;
   Context context;
   std::string unknown;  ///< The first text with a letter that no font has.
+
+  /// Makes the context of the surface, in which one unit is one mm.
+  void Begin(double per_mm) {
+    context.reset(cairo_create(surface.get()));
+    cairo_scale(context.get(), per_mm, per_mm);
+    cairo_set_line_join(context.get(), CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_cap(context.get(), CAIRO_LINE_CAP_ROUND);
+    cairo_set_fill_rule(context.get(), CAIRO_FILL_RULE_EVEN_ODD);
+    // Metrics must not depend on the scale, or widths would jump with the device's hinting.
+    cairo_font_options_t* options = cairo_font_options_create();
+    cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+    cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+    cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
+    cairo_set_font_options(context.get(), options);
+    cairo_font_options_destroy(options);
+  }
+
+  /// An error that stands in the way of finishing, if any.
+  [[nodiscard]] Status Check(const char* attempted) const {
+    if (!unknown.empty()) {
+      return Fail("set the text '" + unknown + "'", "no font on this machine has all of its letters",
+                  "install Debian's fonts-noto-cjk, or take another language");
+    }
+    const cairo_status_t status = cairo_surface_status(surface.get());
+    if (status == CAIRO_STATUS_SUCCESS) return {};
+    return Fail(attempted, cairo_status_to_string(status), "check the memory of this machine, and report this");
+  }
 
   void Colour(const SheetColour& c) const { cairo_set_source_rgb(context.get(), c.red, c.green, c.blue); }
 
@@ -77,17 +116,14 @@ SheetCanvas::SheetCanvas(const std::string& title) : state_(std::make_unique<Sta
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATOR, "annulus");
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "2000-01-01T00:00:00Z");
-  state_->context.reset(cairo_create(state_->surface.get()));
-  cairo_scale(state_->context.get(), kPoint, kPoint);
-  cairo_set_line_join(state_->context.get(), CAIRO_LINE_JOIN_ROUND);
-  cairo_set_line_cap(state_->context.get(), CAIRO_LINE_CAP_ROUND);
-  cairo_set_fill_rule(state_->context.get(), CAIRO_FILL_RULE_EVEN_ODD);
-  // Metrics must not depend on the scale, or widths would jump with the device's hinting.
-  cairo_font_options_t* options = cairo_font_options_create();
-  cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
-  cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
-  cairo_set_font_options(state_->context.get(), options);
-  cairo_font_options_destroy(options);
+  state_->Begin(kPoint);
+}
+
+SheetCanvas::SheetCanvas(const Eigen::Vector2d& size_mm, double pixels_per_mm) : state_(std::make_unique<State>()) {
+  const auto pixels = [pixels_per_mm](double mm) { return static_cast<int>(std::lround(mm * pixels_per_mm)); };
+  state_->surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, pixels(size_mm.x()), pixels(size_mm.y())));
+  state_->Begin(pixels_per_mm);
+  FillRectangle(Eigen::Vector2d::Zero(), size_mm + Eigen::Vector2d::Ones(), {1.0, 1.0, 1.0});
 }
 
 SheetCanvas::~SheetCanvas() = default;
@@ -142,6 +178,39 @@ void SheetCanvas::Text(const Eigen::Vector2d& at, const std::string& text, const
   cairo_new_path(state_->context.get());
 }
 
+void SheetCanvas::TextUpwards(const Eigen::Vector2d& at, const std::string& text, const SheetText& style) {
+  cairo_save(state_->context.get());
+  cairo_translate(state_->context.get(), at.x(), at.y());
+  cairo_rotate(state_->context.get(), -0.5 * std::numbers::pi);
+  Text(Eigen::Vector2d::Zero(), text, style);
+  cairo_restore(state_->context.get());
+}
+
+void SheetCanvas::Cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const RgbImage& image) {
+  const Surface pixels(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  unsigned char* bytes = cairo_image_surface_get_data(pixels.get());
+  const int stride = cairo_image_surface_get_stride(pixels.get());
+  for (int y = 0; y < image.height; ++y) {
+    auto* row = reinterpret_cast<std::uint32_t*>(bytes + y * stride);
+    for (int x = 0; x < image.width; ++x) {
+      const LinearRgb& rgb = image.rgb[image.Index(x, y)];
+      row[x] = static_cast<std::uint32_t>(SrgbByteFromLinear(rgb[0])) << 16U |
+               static_cast<std::uint32_t>(SrgbByteFromLinear(rgb[1])) << 8U |
+               static_cast<std::uint32_t>(SrgbByteFromLinear(rgb[2]));
+    }
+  }
+  cairo_surface_mark_dirty(pixels.get());
+  cairo_t* context = state_->context.get();
+  cairo_save(context);
+  cairo_translate(context, corner.x(), corner.y());
+  cairo_scale(context, size.x() / image.width, size.y() / image.height);
+  cairo_set_source_surface(context, pixels.get(), 0.0, 0.0);
+  cairo_pattern_set_filter(cairo_get_source(context), CAIRO_FILTER_NEAREST);
+  cairo_rectangle(context, 0.0, 0.0, image.width, image.height);
+  cairo_fill(context);
+  cairo_restore(context);
+}
+
 double SheetCanvas::Paragraph(const Eigen::Vector2d& at, double width_mm, const std::string& text,
                               const SheetText& style) {
   const Layout layout = state_->Set(text, style);
@@ -151,11 +220,25 @@ double SheetCanvas::Paragraph(const Eigen::Vector2d& at, double width_mm, const 
   const int lines = pango_layout_get_line_count(layout.get());
   state_->Colour(style.colour);
   for (int k = 0; k < lines; ++k) {
-    cairo_move_to(state_->context.get(), at.x(), at.y() + k * step);
-    pango_cairo_show_layout_line(state_->context.get(), pango_layout_get_line_readonly(layout.get(), k));
+    PangoLayoutLine* line = pango_layout_get_line_readonly(layout.get(), k);
+    PangoRectangle extent;
+    pango_layout_line_get_extents(line, nullptr, &extent);
+    const double room = width_mm - static_cast<double>(extent.width) / PANGO_SCALE;
+    double x = at.x();
+    if (style.align == SheetText::Align::kRight) x += room;
+    if (style.align == SheetText::Align::kCentre) x += 0.5 * room;
+    cairo_move_to(state_->context.get(), x, at.y() + k * step);
+    pango_cairo_show_layout_line(state_->context.get(), line);
   }
   cairo_new_path(state_->context.get());
   return lines * step;
+}
+
+double SheetCanvas::ParagraphHeight(double width_mm, const std::string& text, const SheetText& style) {
+  const Layout layout = state_->Set(text, style);
+  pango_layout_set_width(layout.get(), static_cast<int>(width_mm * PANGO_SCALE));
+  pango_layout_set_wrap(layout.get(), PANGO_WRAP_WORD_CHAR);
+  return pango_layout_get_line_count(layout.get()) * kLineSpacing * style.size_pt / kPoint;
 }
 
 double SheetCanvas::TextWidth(const std::string& text, const SheetText& style) {
@@ -165,16 +248,27 @@ double SheetCanvas::TextWidth(const std::string& text, const SheetText& style) {
 }
 
 Result<std::vector<std::byte>> SheetCanvas::Finish() {
-  if (!state_->unknown.empty()) {
-    return Fail("set the text '" + state_->unknown + "'", "no font on this machine has all of its letters",
-                "install Debian's fonts-noto-cjk, or take another language");
-  }
   cairo_surface_finish(state_->surface.get());
-  const cairo_status_t status = cairo_surface_status(state_->surface.get());
-  if (status != CAIRO_STATUS_SUCCESS) {
-    return Fail("make a PDF", cairo_status_to_string(status), "check the memory of this machine, and report this");
-  }
+  RETURN_IF_ERROR(state_->Check("make a PDF"));
   return std::move(state_->bytes);
+}
+
+Result<RgbImage> SheetCanvas::FinishPicture() {
+  cairo_surface_flush(state_->surface.get());
+  RETURN_IF_ERROR(state_->Check("make a picture"));
+  const std::array<float, 256> linear = LinearBytes();
+  const unsigned char* bytes = cairo_image_surface_get_data(state_->surface.get());
+  const int stride = cairo_image_surface_get_stride(state_->surface.get());
+  RgbImage image = RgbImage::Filled(cairo_image_surface_get_width(state_->surface.get()),
+                                    cairo_image_surface_get_height(state_->surface.get()), LinearRgb::Zero());
+  for (int y = 0; y < image.height; ++y) {
+    const auto* row = reinterpret_cast<const std::uint32_t*>(bytes + y * stride);
+    for (int x = 0; x < image.width; ++x) {
+      image.rgb[image.Index(x, y)] =
+          LinearRgb(linear[row[x] >> 16U & 255U], linear[row[x] >> 8U & 255U], linear[row[x] & 255U]);
+    }
+  }
+  return image;
 }
 
 }  // namespace annulus

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "render/image.h"
 
 namespace annulus {
 
@@ -45,6 +46,11 @@ class SheetCanvas {
   SheetCanvas(const SheetCanvas&) = delete;
   SheetCanvas& operator=(const SheetCanvas&) = delete;
 
+  /// One white picture instead of pages, for FinishPicture.
+  [[nodiscard]] static SheetCanvas Picture(const Eigen::Vector2d& size_mm, double pixels_per_mm) {
+    return SheetCanvas(size_mm, pixels_per_mm);
+  }
+
   void NextPage();
   /// Fills closed polygons, holes by the even-odd rule.
   void Fill(const std::vector<std::vector<Eigen::Vector2d>>& loops, const SheetColour& colour);
@@ -54,15 +60,26 @@ class SheetCanvas {
   void StrokeCircle(const Eigen::Vector2d& centre, double radius_mm, const SheetStroke& stroke);
   /// One line with its baseline at `at`.
   void Text(const Eigen::Vector2d& at, const std::string& text, const SheetText& style);
-  /// Wraps the text into lines of `width_mm`, the first with its baseline at `at`; returns the height taken, mm.
+  /// The same, running upwards.
+  void TextUpwards(const Eigen::Vector2d& at, const std::string& text, const SheetText& style);
+  /// Every pixel of the image a sharp rectangle. Requires at least one pixel.
+  void Cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const RgbImage& image);
+  /// Wraps the text into lines of `width_mm`, the first with its baseline at `at`, the left end of all; returns the
+  /// height taken, mm.
   double Paragraph(const Eigen::Vector2d& at, double width_mm, const std::string& text, const SheetText& style);
+  /// The height that Paragraph would take, mm.
+  [[nodiscard]] double ParagraphHeight(double width_mm, const std::string& text, const SheetText& style);
   /// mm
   [[nodiscard]] double TextWidth(const std::string& text, const SheetText& style);
 
   /// The PDF. Fails if a letter has no font on this machine, or if drawing failed. Nothing may be called afterwards.
   [[nodiscard]] Result<std::vector<std::byte>> Finish();
+  /// The picture. Fails likewise.
+  [[nodiscard]] Result<RgbImage> FinishPicture();
 
  private:
+  SheetCanvas(const Eigen::Vector2d& size_mm, double pixels_per_mm);
+
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -1,0 +1,407 @@
+#include "fitting/calibrate_ring.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "base/ensure.h"
+#include "fitting/placement_pose.h"
+#include "fitting/ring_covariance.h"
+#include "fitting/ring_findings.h"
+#include "fitting/stopwatch.h"
+
+namespace annulus {
+namespace {
+
+using Kind = CalibrationTarget::Kind;
+
+/// One bin as Ceres sees it: sensor, ring, pose, form, the two knots of the carriage's path.
+class BinCost final : public ceres::SizedCostFunction<1, sensor_unknown::kCount, ring_unknown::kCount, kPoseUnknowns,
+                                                      kFormUnknowns, 2, 2> {
+ public:
+  BinCost(const CalibrationSetup& setup, const std::vector<double>& knots, std::size_t placement, const TargetBin& bin)
+      : setup_(setup), knots_(knots), placement_(placement), bin_(bin) {}
+
+  bool Evaluate(double const* const* u, double* residual, double** jacobians) const override {
+    BinRow row;
+    const bool met = EvaluateBin(setup_, placement_, bin_, knots_, {u[0], u[1], u[2], u[3], u[4], u[5]}, row);
+    // A beam that misses the target in a trial state: as far off as its edge, so that the step is not believed.
+    constexpr double kMissed = 1e3;
+    residual[0] = met ? row.residual : kMissed;
+    if (jacobians == nullptr) return true;
+    const auto put = [&](int block, const auto& values) {
+      if (jacobians[block] == nullptr) return;
+      for (Eigen::Index k = 0; k < values.size(); ++k) jacobians[block][k] = values[k];
+    };
+    put(0, row.by_sensor);
+    put(1, row.by_ring);
+    put(2, row.by_pose);
+    put(3, row.by_form);
+    put(4, row.by_knot);
+    put(5, row.by_next_knot);
+    return true;
+  }
+
+ private:
+  const CalibrationSetup& setup_;
+  const std::vector<double>& knots_;
+  std::size_t placement_;
+  const TargetBin& bin_;
+};
+
+/// (value - mean) / sigma, number by number.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  PriorCost(Eigen::VectorXd mean, Eigen::VectorXd sigma) : mean_(std::move(mean)), sigma_(std::move(sigma)) {
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(mean_.size()));
+    set_num_residuals(static_cast<int>(mean_.size()));
+  }
+  bool Evaluate(double const* const* u, double* residuals, double** jacobians) const override {
+    const Eigen::Index n = mean_.size();
+    for (Eigen::Index k = 0; k < n; ++k) residuals[k] = (u[0][k] - mean_[k]) / Sigma(k);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n).setZero();
+      for (Eigen::Index k = 0; k < n; ++k) jacobians[0][k * n + k] = 1.0 / Sigma(k);
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] double Sigma(Eigen::Index k) const { return std::max(sigma_[k], 1e-6); }
+  Eigen::VectorXd mean_, sigma_;
+};
+
+/// Hands each iteration on as progress, and a stop request back.
+class Watcher final : public ceres::IterationCallback {
+ public:
+  explicit Watcher(const TaskContext& context) : context_(context) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    context_.Report("solve", std::min(summary.iteration, kExpected), kExpected);
+    return context_.stop.stop_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  static constexpr int kExpected = 12;
+  const TaskContext& context_;
+};
+
+/// One calibration from placements to solution.
+class Calibrator {
+ public:
+  Calibrator(const RingCalibration& start, const std::vector<CalibrationTarget>& targets,
+             const std::vector<TargetScan>& scans, const CalibrateOptions& options, const TaskContext& context)
+      : start_(start),
+        targets_(targets),
+        scans_(scans),
+        options_(options),
+        context_(context),
+        setup_{start_, targets_, scans_, placements_},
+        priors_(PriorsOf(options.tolerances, targets, scans)) {}
+
+  Result<RingSolution> Run();
+
+ private:
+  Status Prepare();
+  void InitialState();
+  void Hold();
+  Status Solve();
+  void DropNeedlessTerms();
+  void Residuals();
+  void Describe();
+
+  const RingCalibration& start_;
+  const std::vector<CalibrationTarget>& targets_;
+  const std::vector<TargetScan>& scans_;
+  const CalibrateOptions& options_;
+  const TaskContext& context_;
+  std::vector<PlacementBins> placements_;
+  CalibrationSetup setup_;
+  PriorSigmas priors_;
+  CalibrationState state_, first_;
+  HeldUnknowns held_;
+  std::array<bool, ring_unknown::kCount> ring_held_{};
+  RingSolution solution_;
+};
+
+double MeanTemperature(const std::vector<TargetScan>& scans, std::size_t target, double otherwise) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const TargetScan& scan : scans) {
+    if (scan.target != target) continue;
+    sum += scan.temperature_c.value_or(otherwise);
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : otherwise;
+}
+
+Status Calibrator::Prepare() {
+  double squares = 0.0;
+  double weight = 0.0;
+  for (std::size_t p = 0; p < scans_.size(); ++p) {
+    context_.Report("placements", static_cast<double>(p), static_cast<double>(scans_.size()));
+    if (context_.stop.stop_requested()) return Fail("calibrate the ring", "stopped on request", "start again");
+    ENSURE(scans_[p].target < targets_.size(), "a scan's target is one of the targets");
+    auto prepared = PreparePlacement(start_, targets_[scans_[p].target], scans_[p]);
+    if (!prepared) return Fail(prepared);
+    squares += prepared->noise_mm * prepared->noise_mm * static_cast<double>(prepared->readings);
+    weight += static_cast<double>(prepared->readings);
+    placements_.push_back(std::move(*prepared));
+  }
+  if (weight > 0.0) setup_.noise_mm = std::max(1e-3, std::sqrt(squares / weight));
+  return {};
+}
+
+void Calibrator::InitialState() {
+  state_.ring.sensors.assign(start_.sensors.size(), SensorUnknowns::Zero());
+  state_.ring.knots_z_mm = PathKnots(placements_, options_.knot_spacing_mm);
+  state_.ring.path.assign(state_.ring.knots_z_mm.size(), Eigen::Vector2d::Zero());
+  setup_.middle_z_mm = 0.5 * (state_.ring.knots_z_mm.front() + state_.ring.knots_z_mm.back());
+  for (const PlacementBins& placement : placements_) state_.poses.push_back(UnknownsOf(placement.pose));
+  for (std::size_t t = 0; t < targets_.size(); ++t) {
+    FormUnknowns form = FormUnknowns::Zero();
+    form[0] = targets_[t].kind == Kind::kPlane
+                  ? 9.0
+                  : targets_[t].RadiusAt(MeanTemperature(scans_, t, targets_[t].certified_c));
+    state_.forms.push_back(form);
+  }
+  first_ = state_;
+}
+
+void Calibrator::Hold() {
+  held_.sensors.assign(start_.sensors.size(), false);
+  for (std::size_t i = 0; i < std::min(options_.free_sensors.size(), held_.sensors.size()); ++i) {
+    held_.sensors[i] = !options_.free_sensors[i];
+  }
+  held_.ring = std::find(held_.sensors.begin(), held_.sensors.end(), true) != held_.sensors.end();
+  for (std::size_t p = 0; p < scans_.size(); ++p) {
+    const Kind kind = targets_[scans_[p].target].kind;
+    std::array<bool, kPoseUnknowns> held{};
+    const std::array<bool, 6> freedom = PoseFreedom(kind);
+    for (std::size_t k = 0; k < held.size(); ++k) held[k] = !freedom[k];
+    if (kind == Kind::kStep) held[5] = false;
+    if ((kind == Kind::kCylinder || kind == Kind::kStep) && scans_[p].turn) held[4] = false;
+    held_.poses.push_back(held);
+  }
+  // What the readings cannot tell keeps its value: nothing is invented.
+  ring_held_.fill(held_.ring);
+  ring_held_[ring_unknown::kPitch] = ring_held_[ring_unknown::kRoll] = true;
+  if (held_.ring) return;
+  const RingCovariance covariance(setup_, state_, priors_, held_);
+  for (int k = 0; k < ring_unknown::kCount; ++k) {
+    RingFunctional f = covariance.Zero();
+    f.by_shared[k] = 1.0;
+    if (covariance.Variance(f) > 0.5 * covariance.PriorVariance(f)) ring_held_[static_cast<std::size_t>(k)] = true;
+  }
+  solution_.height_scale = !ring_held_[ring_unknown::kHeightScale];
+  if (options_.quadratic == QuadraticTerm::kNever) ring_held_[ring_unknown::kQuadratic] = true;
+}
+
+template <std::size_t N>
+void HoldBlock(ceres::Problem& problem, double* block, const std::array<bool, N>& held) {
+  std::vector<int> constant;
+  for (std::size_t k = 0; k < N; ++k) {
+    if (held[k]) constant.push_back(static_cast<int>(k));
+  }
+  if (constant.size() == N) {
+    problem.SetParameterBlockConstant(block);
+  } else if (!constant.empty()) {
+    problem.SetManifold(block, new ceres::SubsetManifold(static_cast<int>(N), constant));
+  }
+}
+
+Status Calibrator::Solve() {
+  ceres::Problem problem;
+  RingUnknowns& ring = state_.ring;
+  auto* ordering = new ceres::ParameterBlockOrdering;
+  const auto loss = [] { return new ceres::HuberLoss(3.0); };
+  for (std::size_t p = 0; p < placements_.size(); ++p) {
+    for (const TargetBin& bin : placements_[p].bins) {
+      const std::size_t knot = KnotAt(ring.knots_z_mm, start_.carriage.position_scale * bin.z_mm).first;
+      problem.AddResidualBlock(new BinCost(setup_, ring.knots_z_mm, p, bin), loss(), ring.sensors[bin.sensor].data(),
+                               ring.ring.data(), state_.poses[p].data(), state_.forms[scans_[p].target].data(),
+                               ring.path[knot].data(), ring.path[knot + 1].data());
+    }
+  }
+  const auto prior = [&](double* block, const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, int group) {
+    problem.AddResidualBlock(new PriorCost(mean, sigma), nullptr, block);
+    ordering->AddElementToGroup(block, group);
+  };
+  for (std::size_t i = 0; i < ring.sensors.size(); ++i) {
+    prior(ring.sensors[i].data(), SensorUnknowns::Zero(), priors_.sensor, 0);
+    if (held_.sensors[i]) problem.SetParameterBlockConstant(ring.sensors[i].data());
+  }
+  prior(ring.ring.data(), RingWideUnknowns::Zero(), priors_.ring, 1);
+  HoldBlock(problem, ring.ring.data(), ring_held_);
+  for (Eigen::Vector2d& knot : ring.path) {
+    prior(knot.data(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Constant(priors_.path_mm), 1);
+    if (held_.ring) problem.SetParameterBlockConstant(knot.data());
+  }
+  for (std::size_t p = 0; p < state_.poses.size(); ++p) {
+    prior(state_.poses[p].data(), first_.poses[p], priors_.poses[p], 1);
+    HoldBlock(problem, state_.poses[p].data(), held_.poses[p]);
+  }
+  for (std::size_t t = 0; t < state_.forms.size(); ++t) {
+    prior(state_.forms[t].data(), first_.forms[t], priors_.forms[t], 1);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering.reset(ordering);
+  options.num_threads = options_.threads;
+  options.max_num_iterations = 40;
+  options.initial_trust_region_radius = 1e8;  // nearly linear, and priors make it well posed
+  options.function_tolerance = 1e-7;
+  options.logging_type = ceres::SILENT;
+  Watcher watcher(context_);
+  options.callbacks.push_back(&watcher);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  solution_.iterations += static_cast<int>(summary.iterations.size());
+  if (solution_.cost_start == 0.0) solution_.cost_start = summary.initial_cost;
+  solution_.cost_end = summary.final_cost;
+  solution_.termination = ceres::TerminationTypeToString(summary.termination_type);
+  if (context_.stop.stop_requested()) return Fail("calibrate the ring", "stopped on request", "start again");
+  if (!summary.IsSolutionUsable()) {
+    return Fail("calibrate the ring", "the solver gave up: " + summary.message,
+                "look at the placements' residuals; scan those that differ again");
+  }
+  return {};
+}
+
+void Calibrator::DropNeedlessTerms() {
+  solution_.quadratic = false;
+  if (ring_held_[ring_unknown::kQuadratic]) return;
+  constexpr double kNeeded = 2.0;  // sds; what is left out wrongly is then within the uncertainty
+  const RingCovariance covariance(setup_, state_, priors_, held_);
+  RingFunctional f = covariance.Zero();
+  f.by_shared[ring_unknown::kQuadratic] = 1.0;
+  solution_.quadratic =
+      std::abs(state_.ring.ring[ring_unknown::kQuadratic]) > kNeeded * std::sqrt(covariance.Variance(f));
+  if (solution_.quadratic) return;
+  ring_held_[ring_unknown::kQuadratic] = true;
+  state_.ring.ring[ring_unknown::kQuadratic] = 0.0;
+}
+
+void Calibrator::Residuals() {
+  BinRow row;
+  BinRow before;
+  solution_.residuals.clear();
+  for (std::size_t p = 0; p < placements_.size(); ++p) {
+    PlacementResult placement;
+    placement.name = scans_[p].name;
+    placement.target = scans_[p].target;
+    placement.pose = PoseOf(state_.poses[p]);
+    placement.noise_mm = placements_[p].noise_mm;
+    placement.z_low_mm = placements_[p].z_low;
+    placement.z_high_mm = placements_[p].z_high;
+    placement.readings = placements_[p].readings;
+    placement.rejected = placements_[p].rejected;
+    placement.elsewhere = placements_[p].elsewhere;
+    placement.motion = placements_[p].motion;
+    const Kind kind = targets_[placement.target].kind;
+    placement.off_centre_mm = kind == Kind::kPlane ? 0.0 : std::hypot(placement.pose.x, placement.pose.y);
+    placement.tilt_rad = kind == Kind::kPlane ? std::atan(std::abs(placement.pose.slope_x))
+                                              : std::atan(std::hypot(placement.pose.slope_x, placement.pose.slope_y));
+    double squares_before = 0.0;
+    double squares_after = 0.0;
+    double count = 0.0;
+    for (const TargetBin& bin : placements_[p].bins) {
+      if (!EvaluateBin(setup_, state_, p, bin, row) || !EvaluateBin(setup_, first_, p, bin, before)) continue;
+      if (bin.edge >= 0) continue;
+      BinResidual residual;
+      residual.placement = p;
+      residual.sensor = bin.sensor;
+      residual.z_mm = bin.z_mm;
+      residual.sigma_mm = std::hypot(setup_.noise_mm / std::sqrt(bin.weight), 0.02);
+      residual.after_mm = row.residual * residual.sigma_mm;
+      residual.before_mm = before.residual * residual.sigma_mm;
+      residual.distance_mm = row.distance;
+      residual.cos_incidence = row.cos_incidence;
+      residual.phi = row.phi;
+      squares_before += residual.before_mm * residual.before_mm;
+      squares_after += residual.after_mm * residual.after_mm;
+      count += 1.0;
+      solution_.residuals.push_back(residual);
+    }
+    if (count > 0.0) {
+      placement.rms_before_mm = std::sqrt(squares_before / count);
+      placement.rms_after_mm = std::sqrt(squares_after / count);
+    }
+    solution_.placements.push_back(std::move(placement));
+  }
+}
+
+void Calibrator::Describe() {
+  const RingCovariance covariance(setup_, state_, priors_, held_);
+  solution_.noise_mm = setup_.noise_mm;
+  const double freedom = static_cast<double>(covariance.bins()) -
+                         static_cast<double>(sensor_unknown::kCount * start_.sensors.size()) -
+                         static_cast<double>(covariance.shared());
+  solution_.chi_square = covariance.chi_square() / std::max(1.0, freedom);
+  Residuals();
+  FillUncertainty(setup_, state_, priors_, covariance, solution_);
+  for (std::size_t t = 0; t < targets_.size(); ++t) {
+    TargetResult& target = solution_.targets[t];
+    target.certified_radius_mm = first_.forms[t][0];
+    target.certified_sigma_mm = priors_.forms[t][0];
+    // What the rest says of the radius: the certificate's share taken out of the estimate again.
+    const double prior = std::max(target.certified_sigma_mm, 1e-6);
+    const double share = std::pow(target.form_sigma[0] / prior, 2);  // leverage of the certificate on its own radius
+    if (share < 0.9999) {
+      target.radius_miss_mm = (state_.forms[t][0] - first_.forms[t][0]) / (1.0 - share);
+      target.radius_miss_sigma_mm = prior / std::sqrt(1.0 - share);
+    }
+  }
+  solution_.observability = ObserveRing(setup_, covariance);
+  FindFaults(setup_, solution_);
+  solution_.corrections = state_.ring;
+  FixGauge(start_, solution_.corrections);
+  const CalibrationUncertainty uncertainty = *solution_.calibration.uncertainty;
+  solution_.calibration = Corrected(start_, solution_.corrections);
+  solution_.calibration.uncertainty = uncertainty;
+  solution_.calibration.certificate.clear();
+}
+
+Result<RingSolution> Calibrator::Run() {
+  Stopwatch stopwatch;
+  RETURN_IF_ERROR(Prepare());
+  InitialState();
+  Hold();
+  RETURN_IF_ERROR(Solve());
+  const bool had_quadratic = !ring_held_[ring_unknown::kQuadratic];
+  DropNeedlessTerms();
+  if (had_quadratic && !solution_.quadratic) RETURN_IF_ERROR(Solve());
+  Describe();
+  solution_.time_s = stopwatch.Lap();
+  return std::move(solution_);
+}
+
+}  // namespace
+
+bool RingSolution::failed() const {
+  return std::any_of(findings.begin(), findings.end(), [](const CalibrationFinding& finding) {
+    return finding.grade == CalibrationFinding::Grade::kFailure;
+  });
+}
+
+std::string RingSolution::BriefReport() const {
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "%zu placements, noise %.3f mm, chi-square %.3f, girth of 900 mm: sd %.2f mm, %d iterations, %.1f s",
+                placements.size(), noise_mm, chi_square, budget.empty() ? 0.0 : budget.back().girth_mm, iterations,
+                time_s);
+  return text;
+}
+
+Result<RingSolution> CalibrateRing(const RingCalibration& start, const std::vector<CalibrationTarget>& targets,
+                                   const std::vector<TargetScan>& scans, const CalibrateOptions& options,
+                                   const TaskContext& context) {
+  if (scans.empty()) {
+    return Fail("calibrate the ring", "there is no scan of a target", "scan a target in at least six places");
+  }
+  return Calibrator(start, targets, scans, options, context).Run();
+}
+
+}  // namespace annulus
