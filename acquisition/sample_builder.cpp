@@ -19,6 +19,12 @@ void Put(std::string& out, Number number) {
   out.append(raw, sizeof raw);
 }
 
+void PutReading(std::string& out, const RangeReading& reading) {
+  Put(out, reading.z_mm);
+  Put(out, std::isfinite(reading.range_mm) ? reading.range_mm : std::numeric_limits<double>::quiet_NaN());
+  Put(out, reading.quality);
+}
+
 void Update(Sha256& hash, const std::string& bytes) { hash.Update(std::as_bytes(std::span(bytes))); }
 
 /// What a plain calibration does not have.
@@ -93,6 +99,12 @@ ScanHasher::ScanHasher(const ScanHeader& header) {
     }
   }
   if (!header.calibration.IsPlain()) PutBeyondPlain(bytes, header.calibration);
+  if (header.reference) {
+    Put(bytes, static_cast<std::uint32_t>(header.reference->sensors.size()));
+    for (const ReferenceSensor& sensor : header.reference->sensors) {
+      for (const double number : {sensor.theta, sensor.distance_mm, sensor.height_mm, sensor.aim}) Put(bytes, number);
+    }
+  }
   Update(hash_, bytes);
 }
 
@@ -101,11 +113,9 @@ void ScanHasher::Add(const ScanLevel& level) {
   Put(bytes, level.sweep);
   Put(bytes, level.index);
   Put(bytes, static_cast<std::int64_t>(level.time.count()));
-  for (const RangeReading& reading : level.readings) {
-    Put(bytes, reading.z_mm);
-    Put(bytes, std::isfinite(reading.range_mm) ? reading.range_mm : std::numeric_limits<double>::quiet_NaN());
-    Put(bytes, reading.quality);
-  }
+  for (const RangeReading& reading : level.readings) PutReading(bytes, reading);
+  if (!level.reference.empty()) Put(bytes, static_cast<std::int64_t>(level.reference_time.count()));
+  for (const RangeReading& reading : level.reference) PutReading(bytes, reading);
   Update(hash_, bytes);
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "acquisition/calibration_json.h"
+#include "acquisition/reference_json.h"
 
 namespace annulus {
 namespace {
@@ -220,7 +221,7 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
     if (!std::isfinite(header.machine.*field.member)) return Wrong(field.key);
   }
   if (!std::isfinite(header.machine.ring_temperature_c.value_or(0.0))) return Wrong(kRingTemperature);
-  return {};
+  return header.reference ? CheckReference(*header.reference) : tl::expected<void, std::string>();
 }
 
 std::string JsonFromHeader(const ScanHeader& header) {
@@ -231,6 +232,7 @@ std::string JsonFromHeader(const ScanHeader& header) {
   json["ring_radius_mm"] = header.ring_radius_mm;
   json["calibration"] = JsonFromCalibration(header.calibration);
   if (header.machine != RecordedMachine{}) json["machine"] = JsonFromMachine(header.machine);
+  if (header.reference) json["reference"] = JsonFromReference(*header.reference);
   return Dump(json);
 }
 
@@ -264,6 +266,11 @@ tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {
     if (!parsed) return tl::unexpected<std::string>(parsed.error());
     header.machine = std::move(*parsed);
   }
+  if (const auto reference = json->find("reference"); reference != json->end()) {
+    auto parsed = ReferenceFromJson(*reference);
+    if (!parsed) return tl::unexpected<std::string>(parsed.error());
+    header.reference = std::move(*parsed);
+  }
   header.format_version = *version;
   header.seed = *seed;
   header.wall_start_ns = *wall_start;
@@ -279,10 +286,12 @@ std::string JsonFromLevel(const ScanLevel& level) {
   PutReadings(out, "range_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.range_mm); });
   PutReadings(out, "z_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.z_mm); });
   PutReadings(out, "quality", level, [&](const RangeReading& reading) { out += std::to_string(reading.quality); });
+  AppendReferenceJson(level, out);
   return out + '}';
 }
 
-tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::size_t sensor_count) {
+tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::size_t sensor_count,
+                                                   std::size_t reference_count) {
   const auto json = ParseObject(text);
   if (!json) return tl::unexpected<std::string>(json.error());
   const auto index = IntegerAt<std::uint32_t>(*json, "level");
@@ -309,6 +318,10 @@ tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::s
     if (range.is_number()) reading.range_mm = range.get<double>();
     reading.z_mm = (*heights)[i].get<double>();
     reading.quality = quality.get<std::uint8_t>();
+  }
+  if (reference_count == 0) return level;
+  if (const auto read = TakeReferenceJson(*json, reference_count, level); !read) {
+    return tl::unexpected<std::string>(read.error());
   }
   return level;
 }

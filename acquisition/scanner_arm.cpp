@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "acquisition/scanner_state.h"
+#include "base/ensure.h"
+#include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
 namespace {
@@ -145,6 +147,7 @@ Status Scanner::State::ProveRing() {
   }
   // A board may have been unplugged, or have restarted, since the last scan.
   if (lost) RETURN_IF_ERROR(ReopenDevices(kArmPatience));
+  if (!lost && ReferenceLost()) RETURN_IF_ERROR(devices.ring.Reopen(devices.clock.Now() + kArmPatience));
   {
     const std::scoped_lock lock(mutex);
     proving = true;
@@ -166,14 +169,33 @@ Status Scanner::State::ProveRing() {
     const Status stopped = devices.ring.Stop();
     if (proved) proved = stopped;
   }
+  WatchReference();
   const std::scoped_lock lock(mutex);
   proving = false;
   if (trouble != RingTrouble::kNone && trouble != RingTrouble::kOrder) device_lost = true;
   return proved;
 }
 
+bool Scanner::State::ReferenceLost() const {
+  const ReferenceBoard* reference = devices.ring.reference();
+  return reference != nullptr && reference->board && !reference->trouble.empty();
+}
+
+void Scanner::State::WatchReference() {
+  const ReferenceBoard* reference = devices.ring.reference();
+  if (reference == nullptr) return;
+  const std::string note = reference->trouble.empty()
+                               ? ""
+                               : "reference board " + std::to_string(reference->serial) +
+                                     " gives no readings, scans do without: " + reference->trouble;
+  const std::scoped_lock lock(mutex);
+  reference_note = note;
+}
+
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
-  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), devices.ring.limits().sensor_count);
+  const ReferenceBoard* reference = devices.ring.reference();
+  const std::size_t sensors = devices.ring.limits().sensor_count + (reference != nullptr ? kSensorsPerBoard : 0);
+  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), sensors);
   const auto room = storage.FreeBytes(armed.out);
   if (!room) return Fail(room);
   if (*room < kScansOfSpace * needed) {
@@ -186,6 +208,10 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   header.plan_json = PlanJson(plan);
   header.wall_start_ns = clock.WallNow().count();
   header.machine = Machine();
+  ENSURE(header.reference.has_value() == (reference != nullptr), "who arms knows where the reference sensors stand");
+  if (reference != nullptr && reference->board) {
+    header.reference->firmware_version = reference->board->firmware_version;
+  }
   RecordingOptions recording = options.recording;
   recording.reserve_bytes = needed;
   auto made = RecordingWriter::Create(storage, armed.out, header, recording);

@@ -78,6 +78,10 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void DropRecording();
   Status Check(ArmReport& report);
   Status ProveRing();
+  /// Lets the status say how the reference board is.
+  void WatchReference();
+  /// It was there, and may be found again.
+  [[nodiscard]] bool ReferenceLost() const;
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
   [[nodiscard]] RecordedMachine Machine() const;
   void Scan();
@@ -140,6 +144,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
   std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
+  std::string reference_note;  ///< Why the reference board gives no readings now; a warning while it is so.
   std::string stage;
   double done = 0.0;
   double total = 0.0;

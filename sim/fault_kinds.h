@@ -138,7 +138,7 @@ inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::k
 
 /// An argument; its name carries the unit.
 enum class FaultArg {
-  kBoard,   ///< Of the ring, by its place, 0 first.
+  kBoard,   ///< Of the ring, by its place, 0 first; 12: the reference board.
   kOther,   ///< A second board, or sensor.
   kBus,     ///< CAN bus, 0 first.
   kSensor,  ///< Of the ring, 0 first.

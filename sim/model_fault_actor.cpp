@@ -213,7 +213,7 @@ void ModelFaultActor::BeginOnBoards(std::size_t number, const Fault& fault, nano
   BoardFault on_board = BoardFaultOf(fault);
   on_board.from = from;
   on_board.to = to;
-  for (std::size_t board = 0; board < BoothDevices::kBoards; ++board) {
+  for (std::size_t board = 0; board < ground_.booth.board_count(); ++board) {
     const SensorSpan span = SensorsOf(fault, board);
     if (span.count == 0) continue;
     on_board.first_sensor = span.first;

@@ -35,6 +35,12 @@ struct ScanOptions {
   std::string json;
 };
 
+/// Null without reference sensors.
+Json ReferenceToJson(const ScanSummary& summary) {
+  if (!summary.reference_levels) return nullptr;
+  return {{"levels", *summary.reference_levels}, {"trouble", summary.reference_trouble}};
+}
+
 /// What a parked ring saw of a breath, or why that cannot be told; nothing if the ring moved.
 using BreathOutcome = std::optional<Result<BreathMeasures>>;
 
@@ -71,6 +77,7 @@ Json OutcomeToJson(const ScanOutcome& outcome, const BreathOutcome& breath, cons
             {"lost_frames", s.ring.lost_frames},
             {"rejected_frames", s.ring.rejected_frames},
             {"worst_clock_bound_us", s.worst_clock_bound_us},
+            {"reference", ReferenceToJson(s)},
             {"duration_s", std::chrono::duration<double>(s.end - s.start).count()}};
   if (!breath) return json;
   json["breath"] = *breath ? JsonFromBreath(**breath) : Json();

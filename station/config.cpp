@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/reference_sensor.h"
+#include "sim/booth.h"
 #include "station/device_sections.h"
 #include "station/sim_section.h"
 #include "station/toml_table.h"
@@ -78,6 +80,9 @@ Config ReadAll(const toml::table& root) {
       {"console", Ignore()},
       {"sim", [&](const toml::node& n, const std::string&) { ReadSimSection(n, config.sim); }}};
   ReadTable(root, "the file", sections);
+  if (config.sim.reference && !config.ring.reference) {
+    config.ring.reference = ReferenceConfig{sim::BoothDevices::kReferenceSerial, StandardReferenceSensors()};
+  }
   return config;
 }
 

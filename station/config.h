@@ -39,7 +39,8 @@ struct SimConfig {
   bool hair = false;
   bool spectacles = false;
   bool dark_patches = false;
-  std::string faults;  ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
+  bool reference = false;  ///< The reference board is there; its sensors are those of [ring] reference.
+  std::string faults;      ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
   bool cap = false;
   bool loose_clothing = false;
   std::optional<double> step_aside_s;  ///< On the booth's clock, as the times of a recording's levels.

@@ -219,6 +219,7 @@ ScanHeader ScanJobRun::Header() const {
   header.ring_radius_mm = config_.ring.radius_mm;
   header.calibration = calibration_;
   header.profile = request_.profile;
+  header.reference = RecordedReferenceOf(config_.ring);
   header.machine.ring_bus = RingBusText(config_.ring.bus);
   return header;
 }

@@ -40,6 +40,7 @@ Status ScannerPort::Arm(const ArmOrder& order) {
   auto calibration = CalibrationInForce(config, order.profile, options_.storage);
   if (!calibration) return Fail(calibration);
   request.header.calibration = std::move(*calibration);
+  request.header.reference = RecordedReferenceOf(config.ring);
   request.header.profile = order.profile;
   request.header.seed = description_.simulated ? config.sim.seed : 0;
   if (!order.search) {

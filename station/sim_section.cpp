@@ -114,6 +114,7 @@ void ReadSimSection(const toml::node& node, SimConfig& sim) {
              {"spectacles", ToFlag(sim.spectacles)},
              {"dark_patches", ToFlag(sim.dark_patches)},
              {"faults", ToText(sim.faults)},
+             {"reference", ToFlag(sim.reference)},
              {"cap", ToFlag(sim.cap)},
              {"loose_clothing", ToFlag(sim.loose_clothing)},
              {"step_aside_s", ToNumber(sim.step_aside_s, 0.0, 1e4)},

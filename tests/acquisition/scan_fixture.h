@@ -74,6 +74,10 @@ inline bool SameLevel(const ScanLevel& a, const ScanLevel& b) {
   if (a.index != b.index || a.sweep != b.sweep || a.time != b.time || a.readings.size() != b.readings.size()) {
     return false;
   }
+  if (a.reference_time != b.reference_time || a.reference.size() != b.reference.size()) return false;
+  for (std::size_t i = 0; i < a.reference.size(); ++i) {
+    if (!SameReading(a.reference[i], b.reference[i])) return false;
+  }
   for (std::size_t i = 0; i < a.readings.size(); ++i) {
     if (!SameReading(a.readings[i], b.readings[i])) return false;
   }
@@ -97,7 +101,8 @@ inline bool SameHeader(const ScanHeader& a, const ScanHeader& b) {
          a.subject_id == b.subject_id && a.consent_reference == b.consent_reference &&
          a.program_version == b.program_version && a.ring_radius_mm == b.ring_radius_mm &&
          a.calibration.ring_serial == b.calibration.ring_serial && a.profile == b.profile &&
-         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns && a.machine == b.machine;
+         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns &&
+         a.machine == b.machine && a.reference == b.reference;
 }
 
 inline bool SameLevels(const Scan& a, const Scan& b) {

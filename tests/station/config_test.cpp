@@ -217,6 +217,59 @@ call = { line = "X4-8", bias = "pull-up", active_low = true }
   EXPECT_TRUE(call.active_low);
 }
 
+TEST(Config, ReadsWhereTheReferenceSensorsStand) {
+  const auto config = ParseConfig(R"(
+[ring]
+radius_mm = 610
+reference = { board = 1013, sensors = [
+  { channel = 4, theta_deg = 90, distance_mm = 900, height_mm = 950 },
+  { channel = 0, theta_deg = -90, distance_mm = 1000, height_mm = 1500, aim_deg = 2 } ] }
+)",
+                                  "test.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  ASSERT_TRUE(config->ring.reference);
+  EXPECT_EQ(config->ring.reference->board, 1013U);
+  ASSERT_EQ(config->ring.reference->sensors.size(), 2U);
+  const ReferenceSensor front{4, kPi / 2.0, 900.0, 950.0, 0.0};
+  EXPECT_EQ(config->ring.reference->sensors[0], front);
+  EXPECT_NEAR(config->ring.reference->sensors[1].aim, 0.0349065850, 1e-9);
+  EXPECT_EQ(ReferenceBoardOf(config->ring)->channels, (std::vector<std::uint8_t>{4, 0}));
+  EXPECT_FALSE(config->sim.reference);
+}
+
+TEST(Config, TheSimulatedReferenceBoardHasFrontAndSideAtTwoHeightsUnlessTold) {
+  const auto standard = ParseConfig("[sim]\nreference = true\n", "test.toml");
+  ASSERT_TRUE(standard) << standard.error().Text();
+  EXPECT_EQ(standard->ring.reference->sensors, StandardReferenceSensors());
+  const auto own = ParseConfig(
+      "[sim]\nreference = true\n[ring]\nreference = { board = 1013, sensors = [ { distance_mm = 800, height_mm = 1 } ] "
+      "}\n",
+      "test.toml");
+  ASSERT_TRUE(own) << own.error().Text();
+  EXPECT_EQ(own->ring.reference->sensors.size(), 1U);
+  EXPECT_FALSE(ParseConfig("", "test.toml")->ring.reference);
+}
+
+TEST(Config, RefusesReferenceSensorsThatCannotBe) {
+  const auto refused = [](const std::string& reference) {
+    return RefusalOf("[ring]\nboards = { 1001 = 0 }\nreference = " + reference + "\n");
+  };
+  const std::string sensor = "{ channel = 0, distance_mm = 900, height_mm = 950 }";
+  EXPECT_EQ(refused("{ board = 1013, sensors = [" + sensor + "] }"), "accepted");
+  EXPECT_THAT(refused("5"), HasSubstr("line 3"));
+  EXPECT_THAT(refused("{ board = 1013 }"), HasSubstr("sensors"));
+  EXPECT_THAT(refused("{ sensors = [" + sensor + "] }"), HasSubstr("board"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [] }"), HasSubstr("at least one"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ 5 ] }"), HasSubstr("line 3"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [" + sensor + "," + sensor + "] }"), HasSubstr("different channels"));
+  EXPECT_THAT(refused("{ board = 1001, sensors = [" + sensor + "] }"), HasSubstr("not one of [ring] boards"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { channel = 15, distance_mm = 900, height_mm = 950 } ] }"),
+              HasSubstr("channel"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { distance_mm = 500, height_mm = 950 } ] }"),
+              HasSubstr("beyond the ring"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { height_mm = 950 } ] }"), HasSubstr("distance"));
+}
+
 TEST(Config, ReadsAnAddressWithColonsOfItsOwn) {
   const auto config = ParseConfig("[axis]\nlink = \"tcp:::1:5020\"\n", "test.toml");
   ASSERT_TRUE(config) << config.error().Text();
