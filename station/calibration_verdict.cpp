@@ -61,6 +61,8 @@ std::vector<double> AngleSigmas(const RingSolution& solution, const SensorUnknow
   return sigmas;
 }
 
+std::vector<double> ListOf(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
+
 std::vector<double> Half95(std::vector<double> sigmas) {
   for (double& sigma : sigmas) sigma *= kNormal95;
   return sigmas;
@@ -117,7 +119,7 @@ AsFound StartAgainst(const RingSolution& left) {
   RemoveGauge(theta, errors);
   AsFound start;
   start.common_mm = errors.common_mm;
-  start.radial_mm.assign(errors.radial.begin(), errors.radial.end());
+  start.radial_mm = ListOf(errors.radial);
   start.lateral_rad = Angles(errors.sideways, -1.0);
   start.vertical_rad = Angles(errors.upwards, 1.0);
   return start;
@@ -179,12 +181,16 @@ std::vector<LimitLine> LinesAsLeft(const CalibrationReport& report) {
   LimitLine girth{"Girth of 900 mm", "mm",
                   "As found: 2π times the common error. As left: 95 % of the error budget's last line.",
                   report.limits.girth_mm};
-  if (solution.common_sigma_mm.size() > 0) common.left = IfFinite(kNormal95 * solution.common_sigma_mm.maxCoeff());
-  sensors.left = IfFinite(RootMeanSquare(
-      {solution.sensor_sigma_mm.data(), solution.sensor_sigma_mm.data() + solution.sensor_sigma_mm.size()}));
-  lateral.left = IfFinite(RootMeanSquare(AngleSigmas(solution, Sideways())));
-  vertical.left = IfFinite(RootMeanSquare(AngleSigmas(solution, Upwards())));
-  if (!solution.budget.empty()) girth.left = IfFinite(kNormal95 * solution.budget.back().girth_mm);
+  // What is not finite fails: only where there is nothing at all, nothing is checked.
+  if (solution.common_sigma_mm.size() > 0) {
+    common.left = solution.common_sigma_mm.allFinite() ? kNormal95 * solution.common_sigma_mm.maxCoeff() : kNaN;
+  }
+  if (solution.sensor_sigma_mm.size() > 0) sensors.left = RootMeanSquare(ListOf(solution.sensor_sigma_mm));
+  if (!solution.sensor_covariance.empty()) {
+    lateral.left = RootMeanSquare(AngleSigmas(solution, Sideways()));
+    vertical.left = RootMeanSquare(AngleSigmas(solution, Upwards()));
+  }
+  if (!solution.budget.empty()) girth.left = kNormal95 * solution.budget.back().girth_mm;
   return {std::move(common), std::move(sensors), std::move(lateral), std::move(vertical), std::move(girth)};
 }
 
@@ -217,7 +223,7 @@ AsFound AsFoundOf(const RingCalibration& before, const RingCalibration& left) {
   RemoveGauge(theta, errors);
   AsFound found;
   found.common_mm = errors.common_mm;
-  found.radial_mm.assign(errors.radial.begin(), errors.radial.end());
+  found.radial_mm = ListOf(errors.radial);
   found.lateral_rad = Angles(errors.sideways, -1.0);  // a beam turned counter-clockwise meets further clockwise
   found.vertical_rad = Angles(errors.upwards, 1.0);
   return found;
@@ -292,8 +298,7 @@ SensorErrors SensorErrorsOf(const CalibrationReport& report) {
   errors.lateral_deg = DegreesOf(start.lateral_rad);
   errors.vertical_deg = DegreesOf(start.vertical_rad);
   errors.after_mm = MeanResiduals(solution, solution.calibration.sensors.size());
-  errors.half95_mm =
-      Half95({solution.sensor_sigma_mm.data(), solution.sensor_sigma_mm.data() + solution.sensor_sigma_mm.size()});
+  errors.half95_mm = Half95(ListOf(solution.sensor_sigma_mm));
   errors.lateral_half95_deg = Half95(AngleSigmas(solution, Sideways()));
   errors.vertical_half95_deg = Half95(AngleSigmas(solution, Upwards()));
   return errors;
