@@ -108,7 +108,7 @@ void DrawMap(Figure& figure, double top, double height, const ResidualGrid& grid
   if (values.size() > 0) figure.Cells(style.corner, style.size, CellsOf(values, scale));
   chart.Frame();
   for (int degrees = 0; degrees < 360; degrees += 30) {
-    const double x = chart.X(SensorAxisFrom(sensors) + degrees);
+    const double x = chart.X(degrees);
     figure.Stroke({{x, top + height}, {x, top + height + 1.2}}, {0.2, chart_colour::kFrame});
   }
 }
@@ -182,8 +182,8 @@ double RoundnessVariance(const FormUnknowns& sigma, double phi) {
 
 /// One target's shape about `centre`, mm.
 void DrawShape(Figure& figure, const Eigen::Vector2d& centre, const TargetResult& target, double scale_mm) {
-  constexpr double kBase = 17.0;  // mm on paper: no deviation
-  constexpr double kReach = 8.0;  // mm on paper: one `scale_mm`
+  constexpr double kBase = 15.5;  // mm on paper: no deviation
+  constexpr double kReach = 7.0;  // mm on paper: one `scale_mm`
   constexpr int kPoints = 180;
   const auto loop = [&](double sds) {
     std::vector<Eigen::Vector2d> points;
@@ -204,7 +204,7 @@ void DrawShape(Figure& figure, const Eigen::Vector2d& centre, const TargetResult
   for (int degrees = 0; degrees < 360; degrees += 90) {
     const double phi = RadiansFromDegrees(degrees);
     const Eigen::Vector2d out(std::cos(phi), -std::sin(phi));
-    figure.Text(centre + (kBase + kReach + 3.2) * out + Eigen::Vector2d(0.0, 0.8), fmt::format("{}°", degrees), small);
+    figure.Text(centre + (kBase + kReach + 2.8) * out + Eigen::Vector2d(0.0, 0.8), fmt::format("{}°", degrees), small);
   }
 }
 
@@ -296,7 +296,7 @@ bool HasRoundness(const TargetResult& target) {
 
 Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string>& names) {
   constexpr double kCell = kPlotWidth / 3.0;
-  constexpr double kRow = 72.0;
+  constexpr double kRow = 66.0;
   std::vector<std::size_t> shown;
   for (std::size_t t = 0; t < solution.targets.size(); ++t) {
     if (HasRoundness(solution.targets[t])) shown.push_back(t);
@@ -313,8 +313,8 @@ Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string
     const Eigen::Vector2d corner(kCell * static_cast<double>(k % 3), kRow * static_cast<double>(k / 3));
     const double middle = corner.x() + 0.5 * kCell;
     figure.Text({middle, corner.y() + 4.0}, names[shown[k]], {8.0, chart_colour::kInk, Weight::kBold, Align::kCentre});
-    DrawShape(figure, {middle, corner.y() + 36.0}, target, scale);
-    figure.Text({middle, corner.y() + 70.0},
+    DrawShape(figure, {middle, corner.y() + 33.0}, target, scale);
+    figure.Text({middle, corner.y() + 63.5},
                 fmt::format("out of round {:.3f} mm; rings at ±{:g} mm", target.out_of_round_mm, scale),
                 {6.5, chart_colour::kSoft, Weight::kRegular, Align::kCentre});
   }

@@ -125,10 +125,10 @@ ChartStyle BarChart(double top, std::size_t rows, double longest) {
 
 Figure DrawRangeErrors(const SensorErrors& errors, const CalibrationLimits& limits) {
   constexpr double kHeight = 40.0;
-  constexpr double kUpper = 12.0;
-  constexpr double kLower = kUpper + kHeight + 19.0;
+  constexpr double kUpper = 8.0;
+  constexpr double kLower = kUpper + kHeight + 17.0;
   const std::size_t sensors = errors.before_mm.size();
-  Figure figure(kPlotWidth, kLower + kHeight + 10.0, "Radial errors of the sensors before and after calibration");
+  Figure figure(kPlotWidth, kLower + kHeight + 7.0, "Radial errors of the sensors before and after calibration");
   ChartStyle style =
       SensorChart(kUpper, kHeight, RoundUp(LargestOf(Reach(errors.before_mm, errors.half95_mm), 0.1)), sensors);
   style.title = "Before and after";

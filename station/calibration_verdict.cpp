@@ -285,7 +285,7 @@ Traceability TraceabilityOf(const CalibrationReport& report) {
 }
 
 std::string TargetName(const CalibrationReport& report, std::size_t index) {
-  const std::string& serial = report.targets[index].target.serial;
+  const std::string serial = index < report.targets.size() ? report.targets[index].target.serial : std::string();
   if (!serial.empty()) return "target " + serial;
   return report.targets.size() == 1 ? std::string("target") : fmt::format("target {}", index + 1);
 }

@@ -115,7 +115,8 @@ TEST(CalibrationVerdict, TheSolversOwnCorrectionsSayTheSameAsFound) {
   report.as_found.reset();  // then out of the corrections of the ideal ring that the solve began with
   const SensorErrors by_corrections = SensorErrorsOf(report);
   for (std::size_t i = 0; i < 180; ++i) {
-    EXPECT_NEAR(by_corrections.before_mm[i], by_points.before_mm[i], 0.03) << i;
+    // Corrections are of first order: an aim of 1.5 degrees shortens 450 mm by 0.15 mm.
+    EXPECT_NEAR(by_corrections.before_mm[i], by_points.before_mm[i], 0.2) << i;
     EXPECT_NEAR(by_corrections.lateral_deg[i], by_points.lateral_deg[i], 0.01) << i;
   }
 }
@@ -198,7 +199,7 @@ TEST(CalibrationReport, HasEverySectionOnScreen) {
   const std::string html = CalibrationReportHtml(SampleReport());
   for (const std::string& section : Sections()) EXPECT_THAT(html, HasSubstr("<h2>" + section)) << section;
   for (const char* words : {"PASS", "Traceable to the certificates 2026-0417", "floor", "M. Sato", "2026-08-30",
-                            "AR-0042", "C100-02", "21.6 °C", "z scale", "Scan a step gauge", "this one"}) {
+                            "AR-0042", "C100-02", "21.6 °C", "Z scale", "this one"}) {
     EXPECT_THAT(html, HasSubstr(words));
   }
 }
@@ -248,6 +249,48 @@ TEST(CalibrationReport, DoesNotSayHowLongTheSolveTook) {
   EXPECT_EQ(CalibrationReportHtml(report), before);
 }
 
+/// What goes wrong all at once.
+CalibrationReport BadReport() {
+  CalibrationReport report = SampleReport();
+  report.as_found.reset();
+  report.verification.reset();
+  report.ambient_c.reset();
+  report.history.clear();
+  report.technician.clear();
+  report.limits.girth_mm = 0.05;
+  for (ReportTarget& target : report.targets) target.target.certificate_number.clear();
+  report.solution.findings = {
+      {CalibrationFinding::Grade::kFailure, "target_moved", "placement 3: two sweeps saw the target 0.42 mm apart",
+       "the target moved or was touched while it was scanned: the errors of all sensors take part of that; scan this "
+       "placement again and leave the target alone"},
+      {CalibrationFinding::Grade::kWarning, "few_placements",
+       "2 placements stood more than 50 mm off the centre and 1 were tilted by more than 3 degrees",
+       "sideways and vertical aims rest on few readings; add placements off the centre and tilted in other directions"},
+      {CalibrationFinding::Grade::kNote, "one_radius", "only one target's radius was used",
+       "a wrong radius would go into all girths unseen (0.1 mm is 0.6 mm of girth); verify with a second target"}};
+  for (Observability& entry : report.solution.observability) {
+    if (entry.name != "z scale" && entry.name != "offset against radial position") continue;
+    entry.observable = false;
+    entry.consequence =
+        "No target had edges at known heights: heights and volumes keep the drive's own scale. Scan a step gauge to "
+        "know "
+        "it.";
+  }
+  for (std::size_t i = 0; i < 180; ++i) {
+    if (i < 30 || i >= 45) report.solution.sensor_covariance[i].setZero();
+  }
+  return report;
+}
+
+TEST(CalibrationReport, SaysWhatWentWrong) {
+  const std::string html = CalibrationReportHtml(BadReport());
+  for (const char* words : {"<b>FAIL</b>", "must not be used", "Girth of 900 mm; Findings of grade failure",
+                            "0.42 mm apart.", "failure", "Not verified", "not entered", "nothing that is known of",
+                            "Scan a step gauge to know it.", "Left as they were: 0–29, 45–179."}) {
+    EXPECT_THAT(html, HasSubstr(words));
+  }
+}
+
 TEST(CalibrationReport, WritesItsFilesOrNone) {
   test::TestStorage storage;
   ASSERT_TRUE(WriteCalibrationReport(storage, "cal", SampleReport()));
@@ -262,8 +305,10 @@ TEST(CalibrationReport, WritesItsFilesOrNone) {
 
 TEST(CalibrationReport, IsWellFormed) {
   if (!Installed("xmllint")) GTEST_SKIP() << "xmllint is not installed: apt-get install libxml2-utils";
-  const Printed checked = Execute("xmllint --noout '" + Written("full", SampleReport()) + "/report.html'");
-  EXPECT_TRUE(checked.succeeded) << checked.text;
+  for (const auto& folder : {Written("full", SampleReport()), Written("bad", BadReport())}) {
+    const Printed checked = Execute("xmllint --noout '" + folder + "/report.html'");
+    EXPECT_TRUE(checked.succeeded) << checked.text;
+  }
 }
 
 TEST(CalibrationReport, HasTheSameSectionsOnPaper) {
@@ -284,14 +329,6 @@ TEST(CalibrationReport, OfASolutionWithNothingInItStillHasItsPages) {
   EXPECT_THAT(html, HasSubstr("Not traceable: no target was scanned"));
   const auto pdf = CalibrationReportPdf(report);
   EXPECT_TRUE(pdf) << pdf.error().Text();
-}
-
-TEST(CalibrationReport, OfOneBoardNamesTheSensorsThatWereLeftAlone) {
-  CalibrationReport report = SampleReport();
-  for (std::size_t i = 0; i < 180; ++i) {
-    if (i < 30 || i >= 45) report.solution.sensor_covariance[i].setZero();
-  }
-  EXPECT_THAT(CalibrationReportHtml(report), HasSubstr("Left as they were: 0–29, 45–179."));
 }
 
 TEST(CalibrationPlots, ShowPlacementsWhileMoreAreToCome) {
