@@ -17,11 +17,11 @@ namespace annulus {
 
 /// One reading of a range sensor that stands still and looks at the person while the ring travels.
 struct ReferenceReading {
-  double time_s = 0.0;                                  ///< s since the first level of the scan, as the samples' time.
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();     ///< Of its ray, mm, station frame.
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX(); ///< Unit vector towards the person, station frame.
-  double range = 0.0;                                   ///< mm along the ray; readings that are not finite are left out.
-  std::uint16_t sensor = 0;                             ///< Which of the fixed sensors; < 64.
+  double time_s = 0.0;                                   ///< s since the first level of the scan, as the samples' time.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();      ///< Of its ray, mm, station frame.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< Unit vector towards the person, station frame.
+  double range = 0.0;        ///< mm along the ray; readings that are not finite are left out.
+  std::uint16_t sensor = 0;  ///< Which of the fixed sensors; < 64.
 };
 
 /// What a caller can choose. The defaults need no tuning.
@@ -33,9 +33,9 @@ struct SwayOptions {
 
 /// How the sway was seen.
 enum class SwayView {
-  kUnknown,   ///< The samples have no times, or are no levels: nothing can be said.
-  kNotSeen,   ///< One sweep and no fixed sensors: what is stated is what people do, not what this one did.
-  kSeen,      ///< Heights were scanned several times, or fixed sensors looked.
+  kUnknown,  ///< The samples have no times, or are no levels: nothing can be said.
+  kNotSeen,  ///< One sweep and no fixed sensors: what is stated is what people do, not what this one did.
+  kSeen,     ///< Heights were scanned several times, or fixed sensors looked.
 };
 
 /// The motion while one level was taken.
@@ -43,9 +43,9 @@ struct SwayLevel {
   std::uint16_t sweep = 0;
   std::uint32_t level = 0;
   double time_s = 0.0;
-  double z = 0.0;       ///< mm
-  SwayMotion motion;    ///< Estimated displacement from the scan's mean; x and y at kSwayHeight.
-  SwayMotion sigma;     ///< sd of its error: with the part common to all sweeps.
+  double z = 0.0;     ///< mm
+  SwayMotion motion;  ///< Estimated displacement from the scan's mean.
+  SwayMotion sigma;   ///< sd of its error: with the part common to all sweeps.
 };
 
 /// A number of the sway with its uncertainty.
@@ -68,15 +68,16 @@ struct SwaySummary {
   double scale = 1.0;           ///< Of the person's sway, 1 is typical.
   std::size_t levels = 0;       ///< That were compared.
   std::size_t sweeps = 0;
-  std::size_t references = 0;   ///< Readings of fixed sensors that were used.
+  std::size_t references = 0;  ///< Readings of fixed sensors that were used.
 };
 
 struct SwayEstimate {
   SwayView view = SwayView::kUnknown;
-  std::string reason;                   ///< Why not, in a sentence; empty if seen.
-  std::vector<SwayLevel> levels;        ///< In order of time.
-  std::vector<SurfaceSample> corrected; ///< The samples moved back; as they were where nothing was seen.
-  std::optional<SwayErrors> errors;     ///< Of a surface that is fitted to `corrected`; nothing if unknown.
+  std::string reason;                    ///< Why it is not seen, or not worth a correction; else empty.
+  std::vector<SwayLevel> levels;         ///< In order of time.
+  std::vector<SurfaceSample> corrected;  ///< The samples moved back; as they were where nothing was seen.
+  /// Of a surface that is fitted to `corrected`; nothing if unknown, or if the person stood still.
+  std::optional<SwayErrors> errors;
   SwaySummary summary;
 
   /// One line for a terminal or a log.
@@ -85,7 +86,7 @@ struct SwayEstimate {
 
 /// Estimates how the person swayed during a scan, jointly with the body's shape, and moves the samples back.
 ///
-/// A body displaced by (x, y, yaw) has the radii r + Jx·x + Jy·y + Jyaw·yaw (RadiusByMotion). Every level is compared
+/// A body displaced by a motion (lean, yaw, shift) has the radii r + J·motion (RadiusByMotion). Every level is compared
 /// with a surface of all levels by robust least squares, growth by breath being a term of its own; the comparisons and
 /// the fixed sensors' readings together give the motion as a Gaussian process over time, whatever the body's shape
 /// (SolveSway); the points are moved back by its mean and everything is linearised again. Radii of levels that are not

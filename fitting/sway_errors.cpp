@@ -87,11 +87,13 @@ Sections SectionsOf(const std::vector<RingLevel>& levels, const SwayPosterior& p
 MatrixXd SectionsByMotion(const Sections& sections) {
   const Index n = sections.share.rows();
   const Index m = sections.share.cols();
-  MatrixXd by = MatrixXd::Zero(3 * n, 3 * m);
+  MatrixXd by = MatrixXd::Zero(3 * n, kSwayAxes * m);
   for (Index k = 0; k < n; ++k) {
     const double lean = sections.heights[static_cast<std::size_t>(k)] / kSwayHeight;
-    by.block(k, 0, 1, m) = lean * sections.share.row(k);
-    by.block(n + k, m, 1, m) = lean * sections.share.row(k);
+    for (Index a = 0; a < 2; ++a) {
+      by.block(a * n + k, a * m, 1, m) = lean * sections.share.row(k);
+      by.block(a * n + k, (3 + a) * m, 1, m) = sections.share.row(k);
+    }
     by.block(2 * n + k, 2 * m, 1, m) = sections.share.row(k);
   }
   return by;
@@ -182,11 +184,10 @@ void FillLevels(const std::vector<RingLevel>& levels, const SwayPosterior& poste
       const Eigen::Vector2d by(1.0 - place.share, place.share);
       return std::sqrt(std::max(0.0, by.dot(posterior.covariance.block<2, 2>(k, k) * by)));
     };
-    const SwayMotion motion =
-        estimate.view == SwayView::kSeen ? posterior.MeanAt(level.time_s) : SwayMotion{};
+    const SwayMotion motion = estimate.view == SwayView::kSeen ? posterior.MeanAt(level.time_s) : SwayMotion{};
     estimate.levels.push_back(
-        {level.sweep, level.level, level.time_s, level.z, motion, {sigma(0), sigma(1), sigma(2)}});
-    removed += std::pow(level.z / kSwayHeight, 2) * (motion.x * motion.x + motion.y * motion.y);
+        {level.sweep, level.level, level.time_s, level.z, motion, {sigma(0), sigma(1), sigma(2), sigma(3), sigma(4)}});
+    removed += motion.At(level.z).squaredNorm();
   }
   estimate.summary.removed_mm = std::sqrt(removed / static_cast<double>(levels.size()));
 }
@@ -198,13 +199,14 @@ void FillSway(const std::vector<RingLevel>& levels, const SwayPosterior& posteri
   const auto n = static_cast<Index>(posterior.times.size());
   SwaySummary& summary = estimate.summary;
   summary.scale = posterior.scale;
-  const auto x = OverTime(posterior.draws.topRows(n));
-  const auto y = OverTime(posterior.draws.middleRows(n, n));
+  const MatrixXd& draws = posterior.draws;
+  const auto x = OverTime(draws.middleRows(0, n) + draws.middleRows(3 * n, n));
+  const auto y = OverTime(draws.middleRows(n, n) + draws.middleRows(4 * n, n));
   summary.sd_x = x[0];
   summary.range_x = x[1];
   summary.sd_y = y[0];
   summary.range_y = y[1];
-  summary.sd_yaw = OverTime(posterior.draws.bottomRows(n))[0];
+  summary.sd_yaw = OverTime(draws.middleRows(2 * n, n))[0];
   const Sections sections = SectionsOf(levels, posterior);
   if (sections.heights.size() < 2) return;
   const MatrixXd by = SectionsByMotion(sections);
@@ -213,9 +215,9 @@ void FillSway(const std::vector<RingLevel>& levels, const SwayPosterior& posteri
   errors.covariance = by * posterior.covariance * by.transpose();
   errors.covariance = (0.5 * (errors.covariance + errors.covariance.transpose())).eval();
   FillParameters(errors);
-  summary.unremoved_mm = ShapeRms(sections.heights, by * posterior.draws);
+  summary.unremoved_mm = ShapeRms(sections.heights, by * draws);
   summary.remaining_mm = estimate.view == SwayView::kSeen
-                             ? ShapeRms(sections.heights, by * (posterior.draws.colwise() - posterior.mean))
+                             ? ShapeRms(sections.heights, by * (draws.colwise() - posterior.mean))
                              : summary.unremoved_mm;
   estimate.errors = std::move(errors);
 }

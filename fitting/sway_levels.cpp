@@ -15,7 +15,8 @@ namespace annulus {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kSteepest = 1.5;  // of the surface against the level, around or upwards: beyond it a point is no witness
+constexpr double kSteepest =
+    1.5;  // of the surface against the level, around or upwards: beyond it a point is no witness
 
 double MedianOf(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -181,7 +182,8 @@ std::optional<SwaySurface::Place> SwaySurface::At(std::size_t column, double z) 
   const auto beside = [&](std::size_t offset) { return level((column + columns_ + offset - 2) % columns_); };
   Place at;
   at.r = level(column);
-  at.r_theta = (2.0 * (beside(4) - beside(0)) + beside(3) - beside(1)) * static_cast<double>(columns_) / (10.0 * kTwoPi);
+  at.r_theta =
+      (2.0 * (beside(4) - beside(0)) + beside(3) - beside(1)) * static_cast<double>(columns_) / (10.0 * kTwoPi);
   at.r_z = (Node(row + 1, column) - Node(row, column)) / step_;
   if (!(at.r > 1.0) || !(std::abs(at.r_theta) < kSteepest * at.r) || !(std::abs(at.r_z) < kSteepest)) {
     return std::nullopt;
@@ -200,22 +202,26 @@ std::optional<SwaySurface::Place> SwaySurface::Between(double theta, double z) c
                a->r_z + share * (b->r_z - a->r_z)};
 }
 
-Eigen::Vector3d RadiusByMotion(const SwaySurface::Place& place, double theta, double z) {
+SwayVector RadiusByMotion(const SwaySurface::Place& place, double theta, double z) {
   const double c = std::cos(theta);
   const double s = std::sin(theta);
   const double slope = place.r_theta / place.r;
-  const double lean = place.r_z * place.r;
-  return {((c + slope * s) * z + lean * c) / kSwayHeight, ((s - slope * c) * z + lean * s) / kSwayHeight,
-          -place.r_theta};
+  const double by_x = c + slope * s;
+  const double by_y = s - slope * c;
+  const double down = place.r_z * place.r;
+  return {(by_x * z + down * c) / kSwayHeight, (by_y * z + down * s) / kSwayHeight, -place.r_theta, by_x, by_y};
 }
 
 namespace {
 
+using Vector6 = Eigen::Matrix<double, kSwayAxes + 1, 1>;
+using Matrix6 = Eigen::Matrix<double, kSwayAxes + 1, kSwayAxes + 1>;
+
 /// One direction of a level against the surface.
 struct Witness {
-  Eigen::Vector4d by = Eigen::Vector4d::Zero();  ///< x, y, yaw, growth
-  double miss = 0.0;                             ///< Radial, mm.
-  double normal = 1.0;                           ///< Distance along the normal over radial distance.
+  Vector6 by = Vector6::Zero();  ///< By motion, and by growth.
+  double miss = 0.0;             ///< Radial, mm.
+  double normal = 1.0;           ///< Distance along the normal over radial distance.
 };
 
 std::vector<Witness> WitnessesOf(const LevelCurve& curve, const SwaySurface& surface) {
@@ -244,15 +250,18 @@ LevelMotion ObserveLevel(const LevelCurve& curve, const SwaySurface& surface) {
   constexpr double kLeastSigma = 0.2;  // mm
   // A direction is interpolated between two returns: neighbours do not count in full.
   constexpr double kCount = 0.5;
-  // What one level may do at most: holds what a section does not show, such as the turn of a circle.
-  const Eigen::Vector4d weak(1.0 / (100.0 * 100.0), 1.0 / (100.0 * 100.0), 1.0 / (0.3 * 0.3), 1.0 / (0.02 * 0.02));
+  // What one level may do at most: holds what a section does not show, such as the turn of a circle, or what is lean
+  // and what is shift.
+  Vector6 most;
+  most << 100.0, 100.0, 0.3, 100.0, 100.0, 0.02;
+  const Vector6 weak = most.array().square().inverse();
   LevelMotion level;
   const std::vector<Witness> witnesses = WitnessesOf(curve, surface);
   level.points = witnesses.size();
   if (witnesses.size() < kFewest) return level;
-  Eigen::Vector4d motion = Eigen::Vector4d::Zero();
-  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  Vector6 motion = Vector6::Zero();
+  Matrix6 information = Matrix6::Zero();
+  Vector6 right = Vector6::Zero();
   std::vector<double> misses;
   for (int round = 0; round < kRounds; ++round) {
     misses.clear();
@@ -269,15 +278,16 @@ LevelMotion ObserveLevel(const LevelCurve& curve, const SwaySurface& surface) {
       information += weight * w.by * w.by.transpose();
       right += weight * w.miss * w.by;
     }
-    Eigen::Matrix4d held = information;
+    Matrix6 held = information;
     held.diagonal() += weak;
     motion = held.ldlt().solve(right);
   }
   // Growth out: a breath of a few per cent at the most.
-  const double growth = information(3, 3) + weak[3];
-  level.information = information.topLeftCorner<3, 3>() -
-                      information.topRightCorner<3, 1>() * information.bottomLeftCorner<1, 3>() / growth;
-  level.right = right.head<3>() - information.topRightCorner<3, 1>() * right[3] / growth;
+  const double growth = information(kSwayAxes, kSwayAxes) + weak[kSwayAxes];
+  const SwayVector with_growth = information.topRightCorner<kSwayAxes, 1>();
+  level.information =
+      information.topLeftCorner<kSwayAxes, kSwayAxes>() - with_growth * with_growth.transpose() / growth;
+  level.right = right.head<kSwayAxes>() - with_growth * right[kSwayAxes] / growth;
   return level;
 }
 

@@ -66,17 +66,16 @@ class SwaySurface {
   std::vector<double> nodes_;  // row by row; NaN: unknown
 };
 
-/// How the radius in direction theta at height z changes by x, y and yaw of a SwayMotion: r = r_rest + Jx·x + Jy·y +
-/// Jyaw·yaw.
-[[nodiscard]] Eigen::Vector3d RadiusByMotion(const SwaySurface::Place& place, double theta, double z);
+/// How the radius in direction theta at height z changes by the entries of SwayMotion::Vector: r = r_rest + J·motion.
+[[nodiscard]] SwayVector RadiusByMotion(const SwaySurface::Place& place, double theta, double z);
 
 /// What a level says of its motion: a quadratic form −½ mᵀ·information·m + mᵀ·right about the motion m that is left
 /// after the moving back; growth (breath) is eliminated.
 struct LevelMotion {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  std::size_t points = 0;     ///< Directions that were compared; too few: no information.
-  double sigma = 0.0;         ///< Robust sd of what is left, along the normal, mm.
+  SwayMatrix information = SwayMatrix::Zero();
+  SwayVector right = SwayVector::Zero();
+  std::size_t points = 0;  ///< Directions that were compared; too few: no information.
+  double sigma = 0.0;      ///< Robust sd of what is left, along the normal, mm.
 };
 
 /// Robust least squares of one level against the surface.

@@ -32,8 +32,8 @@ struct CalibrationErrors {
 /// move together.
 ///
 /// Full: the joint covariance of the displacements along x and y (mm) and of the turn about the ring's axis (rad) of
-/// the sections at n heights, linear between them and constant beyond. A body sways by leaning about its feet: a section
-/// at height z that is displaced by d leans by d/z. The parameters then are the nearest parametric form.
+/// the sections at n heights, linear between them and constant beyond. A body sways by leaning about its feet: a
+/// section at height z that is displaced by d leans by d/z. The parameters then are the nearest parametric form.
 struct SwayErrors {
   double sigma_x = 0.0;             ///< mm, sideways
   double sigma_y = 0.0;             ///< mm, front-back
