@@ -51,10 +51,10 @@ constexpr std::array kLists{ListKey{"findings", &ReferenceRecord::findings},
                             ListKey{"advice", &ReferenceRecord::advice}};
 struct SensorKey {
   const char* key;
-  double ReferenceSensor::*member;
+  double CheckedSensor::*member;
 };
-constexpr std::array kSensorKeys{SensorKey{"offset_mm", &ReferenceSensor::offset_mm},
-                                 SensorKey{"sigma_mm", &ReferenceSensor::sigma_mm}};
+constexpr std::array kSensorKeys{SensorKey{"offset_mm", &CheckedSensor::offset_mm},
+                                 SensorKey{"sigma_mm", &CheckedSensor::sigma_mm}};
 
 tl::unexpected<Error> Wrong(const std::string& key) {
   return Fail("read a reference check", "'" + key + "' is missing or wrong",
@@ -112,7 +112,7 @@ Json JsonFromReference(const ReferenceRecord& record) {
   for (const ListKey& list : kLists) json[list.key] = record.*list.member;
   for (const SensorKey& key : kSensorKeys) {
     Json numbers = Json::array();
-    for (const ReferenceSensor& sensor : record.sensors) {
+    for (const CheckedSensor& sensor : record.sensors) {
       numbers.push_back(std::isfinite(sensor.*key.member) ? Json(sensor.*key.member) : Json(nullptr));
     }
     json[key.key] = std::move(numbers);

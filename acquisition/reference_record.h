@@ -14,7 +14,7 @@
 namespace annulus {
 
 /// One sensor in a reference check.
-struct ReferenceSensor {
+struct CheckedSensor {
   /// Mean of what it read longer than the target's surface is away, mm; what all have in common is not in it. NaN: it
   /// did not see the target.
   double offset_mm = std::numeric_limits<double>::quiet_NaN();
@@ -38,7 +38,7 @@ struct ReferenceRecord {
   double common_mm = 0.0;        ///< By how much all sensors together read too long.
   double common_sigma_mm = 0.0;  ///< sd of it: noise only.
   double moved_mm = 0.0;         ///< By how much the target's place changed during the scan.
-  std::vector<ReferenceSensor> sensors;
+  std::vector<CheckedSensor> sensors;
   std::vector<std::string> findings;  ///< What is wrong, one sentence each; empty if it passed.
   std::vector<std::string> advice;    ///< What to do, in order.
 };

@@ -126,7 +126,7 @@ class Checker {
     std::string blind;
     std::size_t count = 0;
     for (std::size_t sensor = 0; sensor < seen.size(); ++sensor) {
-      ReferenceSensor& result = record_.sensors.emplace_back();
+      CheckedSensor& result = record_.sensors.emplace_back();
       if (seen[sensor].size() < kFewestLevels) {
         blind += fmt::format("{}{}", blind.empty() ? "" : ", ", sensor);
         continue;

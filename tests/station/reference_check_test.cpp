@@ -85,7 +85,7 @@ TEST(ReferenceCheck, PassesAGoodRingAndTellsWhereTheCylinderStands) {
     EXPECT_NEAR(record->x_mm, 12.0 + 0.004 * 550.0, 0.3);
     EXPECT_NEAR(record->y_mm, -8.0 - 0.003 * 550.0, 0.3);
     EXPECT_LT(record->moved_mm, 0.3);
-    for (const ReferenceSensor& sensor : record->sensors) {
+    for (const CheckedSensor& sensor : record->sensors) {
       EXPECT_LT(std::abs(sensor.offset_mm), 0.3);
       EXPECT_LT(std::abs(sensor.offset_mm), 5.5 * sensor.sigma_mm);
     }
