@@ -1,5 +1,7 @@
 #include "station/reference_check.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
