@@ -133,7 +133,7 @@ std::string DriftHistory::ToJson() const {
     records.push_back(std::move(json));
   }
   Json checks = Json::array();
-  for (const ReferenceRecord& check : checks_) checks.push_back(JsonFromReference(check));
+  for (const ReferenceRecord& check : checks_) checks.push_back(JsonFromCheck(check));
   const Json json{{"format", kFormat},
                   {"version", kVersion},
                   {"ring_serial", ring_serial_},
@@ -178,7 +178,7 @@ Result<DriftHistory> DriftHistory::FromJson(std::string_view text, const std::st
     history.records_.push_back(reader.Record(record, sensors));
   }
   for (const Json& check : reader.Array("checks", kMostChecks)) {
-    auto read = ReferenceFromJson(check);
+    auto read = CheckFromJson(check);
     if (!read) return Fail(attempted, "a check: " + read.error().seen, advice);
     history.checks_.push_back(std::move(*read));
   }

@@ -100,7 +100,7 @@ Status ReadLists(const Json& json, ReferenceRecord& record) {
 
 }  // namespace
 
-Json JsonFromReference(const ReferenceRecord& record) {
+Json JsonFromCheck(const ReferenceRecord& record) {
   Json json{{"format", kFormat},
             {"version", kVersion},
             {"verdict", record.passed ? "pass" : "fail"},
@@ -120,7 +120,7 @@ Json JsonFromReference(const ReferenceRecord& record) {
   return json;
 }
 
-Result<ReferenceRecord> ReferenceFromJson(const Json& json) {
+Result<ReferenceRecord> CheckFromJson(const Json& json) {
   if (!json.is_object()) return Wrong("format");
   const auto format = TextAt(json, "format");
   if (!format || *format != kFormat) return Wrong("format");
@@ -161,7 +161,7 @@ Result<ReferenceRecord> ParseReference(std::string_view text, const std::string&
     return !deep;
   };
   const Json json = deep ? Json() : Json::parse(text.begin(), text.end(), shallow, false);
-  auto record = ReferenceFromJson(deep ? Json() : json);
+  auto record = CheckFromJson(deep ? Json() : json);
   if (!record) {
     Error error = record.error();
     error.attempted = "read the reference check " + name;

@@ -44,9 +44,9 @@ struct ReferenceRecord {
 };
 
 /// The record as JSON (docs/formats.md, "Reference check").
-[[nodiscard]] nlohmann::ordered_json JsonFromReference(const ReferenceRecord& record);
+[[nodiscard]] nlohmann::ordered_json JsonFromCheck(const ReferenceRecord& record);
 /// Nothing in `json` is trusted: refuses what is missing, of another type or out of range.
-Result<ReferenceRecord> ReferenceFromJson(const nlohmann::ordered_json& json);
+Result<ReferenceRecord> CheckFromJson(const nlohmann::ordered_json& json);
 /// The same from a file's text; `name` stands in the message.
 Result<ReferenceRecord> ParseReference(std::string_view text, const std::string& name);
 

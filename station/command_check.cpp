@@ -45,7 +45,7 @@ Status RunCheck(const CheckOptions& options, CommandIo& io) {
     if (!added) return Fail(added);
     if (*added == DriftHistory::Added::kNew) RETURN_IF_ERROR(history->Save(io.storage(), options.history));
   }
-  if (!options.json.empty()) RETURN_IF_ERROR(io.WriteJson(options.json, JsonFromReference(*record)));
+  if (!options.json.empty()) RETURN_IF_ERROR(io.WriteJson(options.json, JsonFromCheck(*record)));
   if (options.json != "-") RETURN_IF_ERROR(io.Print(ReferenceText(*record, options.limits)));
   if (record->passed) return {};
   return Fail("check the ring with a cylinder", record->findings.front(), record->advice.front());
