@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
