@@ -130,7 +130,7 @@ struct Figure::AsSvg {
     if (!png) return;  // an image without pixels shows nothing
     svg += fmt::format(
         "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
-        "style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
+        "image-rendering=\"optimizeSpeed\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
         picture.corner.x(), picture.corner.y(), picture.size.x(), picture.size.y(), EncodeBase64(*png));
   }
 };
