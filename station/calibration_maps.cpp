@@ -316,7 +316,8 @@ Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string
       largest = std::max(largest, std::abs(target.form.OutOfRound(phi)) + half);
     }
     const double scale = RoundUp(largest);
-    const Eigen::Vector2d corner(kCell * static_cast<double>(k % 3), kRow * static_cast<double>(k / 3));
+    const std::size_t row = k / 3;
+    const Eigen::Vector2d corner(kCell * static_cast<double>(k % 3), kRow * static_cast<double>(row));
     const double middle = corner.x() + 0.5 * kCell;
     figure.Text({middle, corner.y() + 4.0}, names[shown[k]], {8.0, chart_colour::kInk, Weight::kBold, Align::kCentre});
     DrawShape(figure, {middle, corner.y() + 33.0}, target, scale);
