@@ -16,14 +16,12 @@ constexpr double kNormal95 = 1.959964;
 
 void AddCarriage(const RingSolution& solution, Document& document) {
   document.blocks.emplace_back(DocumentHeading{"The carriage's way"});
-  const Eigen::Vector2d lean = CarriageLean(solution);
   const RingPose& pose = solution.calibration.pose;
   std::string caption = fmt::format(
-      "x is the subject's right, y the front. The straight line leans by {} mm per metre in x and {} in y. The ring's "
-      "plane is "
-      "tilted by {}° about x and {}° about y. ",
-      SignedWith(lean.x(), 2), SignedWith(lean.y(), 2), SignedWith(DegreesFromRadians(pose.tilt_x), 3),
-      SignedWith(DegreesFromRadians(pose.tilt_y), 3));
+      "x is the subject's right, y the front. The ring's plane is tilted by {}° about x and {}° about y. How far the "
+      "straight "
+      "line leans against the vertical cannot be seen with targets whose own tilt is not known. ",
+      SignedWith(DegreesFromRadians(pose.tilt_x), 3), SignedWith(DegreesFromRadians(pose.tilt_y), 3));
   caption +=
       "Outside the heights where a target stood nothing is known of the way: it is taken to stay where it was last "
       "seen.";
@@ -107,8 +105,8 @@ void AddObservability(const RingSolution& solution, Document& document) {
                    {"Known", 0.9, Align::kCentre},
                    {"Tolerance alone", 1.2, Align::kRight},
                    {"With readings", 1.1, Align::kRight},
-                   {"Unit", 1.9},
-                   {"What follows", 4.5}};
+                   {"Unit", 2.1},
+                   {"What follows", 4.3}};
   for (const Observability& entry : solution.observability) {
     const ShownUnit shown = UnitOf(entry.unit);
     table.rows.push_back(

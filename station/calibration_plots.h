@@ -45,8 +45,6 @@ struct PlacementResidual {
 
 /// x and y of the carriage over the height, less the straight line through them, with the heights where a target stood.
 [[nodiscard]] Figure DrawStraightness(const RingSolution& solution);
-/// That line: mm per m of height, x and y.
-[[nodiscard]] Eigen::Vector2d CarriageLean(const RingSolution& solution);
 
 /// The shapes of round targets, deviations enlarged, with 95 % bands. `names`: one per target of the solution.
 [[nodiscard]] Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string>& names);

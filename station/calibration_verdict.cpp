@@ -46,6 +46,7 @@ SensorUnknowns Upwards() {
 
 std::vector<double> DegreesOf(const std::vector<double>& radians) {
   std::vector<double> degrees;
+  degrees.reserve(radians.size());
   for (const double value : radians) degrees.push_back(DegreesFromRadians(value));
   return degrees;
 }
