@@ -4,9 +4,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <type_traits>
+#include <utility>
 
 #include "acquisition/calibration_json.h"
 #include "base/sha256.h"
@@ -19,7 +22,8 @@ using Kind = CalibrationTarget::Kind;
 
 constexpr const char* kFormat = "annulus-calibration";
 constexpr int kVersion = 1;
-constexpr std::size_t kMaxEntries = 10'000;
+constexpr std::size_t kMaxEntries = 65'536;
+constexpr double kMostNumber = 1e9;  // of any number in the file
 constexpr const char* kTryAgain = "take the last good calibration file, or calibrate the ring again";
 
 constexpr std::array<std::pair<Kind, const char*>, 4> kKinds{
@@ -48,18 +52,81 @@ Json JsonFromTarget(const CalibrationTarget& target) {
           {"edges_mm", target.edges_mm}};
 }
 
-/// Takes `key` from an object into `value`; throws nlohmann's exceptions, which ParseCalibrationFile turns into errors.
-template <class Value>
-void Take(const Json& json, const char* key, Value& value) {
-  json.at(key).get_to(value);
+/// What is missing or wrong in a file: thrown by the readers below, caught by ParseCalibrationFile.
+struct BadFile {
+  std::string seen;
+};
+
+BadFile Wrong(const std::string& key) { return {"'" + key + "' is missing or wrong"}; }
+
+const Json& At(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end()) throw Wrong(key);
+  return *found;
+}
+
+const Json& ObjectOf(const Json& json, const char* of) {
+  if (!json.is_object()) throw Wrong(of);
+  return json;
+}
+
+void Take(const Json& json, const char* key, std::string& value) {
+  if (!At(json, key).is_string()) throw Wrong(key);
+  value = json.at(key).get<std::string>();
+}
+
+void Take(const Json& json, const char* key, bool& value) {
+  if (!At(json, key).is_boolean()) throw Wrong(key);
+  value = json.at(key).get<bool>();
+}
+
+void Take(const Json& json, const char* key, double& value) {
+  if (!At(json, key).is_number()) throw Wrong(key);
+  value = json.at(key).get<double>();
+  if (!(std::abs(value) <= kMostNumber)) throw Wrong(key);
+}
+
+template <class Integer>
+requires std::is_integral_v<Integer>
+void Take(const Json& json, const char* key, Integer& value) {
+  const Json& number = At(json, key);
+  if (!number.is_number_integer()) throw Wrong(key);
+  const bool fits = number.is_number_unsigned() ? std::in_range<Integer>(number.get<std::uint64_t>())
+                                                : std::in_range<Integer>(number.get<std::int64_t>());
+  if (!fits) throw Wrong(key);
+  value = number.get<Integer>();
+}
+
+template <class Make>
+auto ListOf(const Json& json, const char* key, const Make& make) {
+  const Json& list = At(json, key);
+  if (!list.is_array() || list.size() > kMaxEntries) throw Wrong(key);
+  std::vector<decltype(make(list))> items;
+  for (const Json& entry : list) items.push_back(make(entry));
+  return items;
+}
+
+std::vector<std::string> TextsOf(const Json& json, const char* key) {
+  return ListOf(json, key, [&](const Json& entry) {
+    if (!entry.is_string()) throw Wrong(key);
+    return entry.get<std::string>();
+  });
+}
+
+std::vector<double> NumbersOf(const Json& json, const char* key) {
+  return ListOf(json, key, [&](const Json& entry) {
+    if (!entry.is_number() || !(std::abs(entry.get<double>()) <= kMostNumber)) throw Wrong(key);
+    return entry.get<double>();
+  });
 }
 
 CalibrationTarget TargetFromJson(const Json& json) {
   CalibrationTarget target;
-  const std::string kind_text = json.at("kind");
+  std::string kind_text;
+  Take(ObjectOf(json, "targets"), "kind", kind_text);
   const auto kind =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& entry) { return entry.second == kind_text; });
-  if (kind == kKinds.end()) throw Json::other_error::create(501, "unknown kind of target", &json);
+  if (kind == kKinds.end()) throw Wrong("kind");
   target.kind = kind->first;
   Take(json, "serial", target.serial);
   Take(json, "certificate_number", target.certificate_number);
@@ -70,8 +137,28 @@ CalibrationTarget TargetFromJson(const Json& json) {
   Take(json, "height_mm", target.height_mm);
   Take(json, "width_mm", target.width_mm);
   Take(json, "step_mm", target.step_mm);
-  Take(json, "edges_mm", target.edges_mm);
+  target.edges_mm = NumbersOf(json, "edges_mm");
+  if (target.radius_mm < 0.0) throw Wrong("radius_mm");
+  if (target.expanded_u_mm < 0.0) throw Wrong("expanded_u_mm");
   return target;
+}
+
+RecordedBoard BoardFromJson(const Json& json) {
+  RecordedBoard board;
+  Take(ObjectOf(json, "boards"), "serial", board.serial);
+  Take(json, "first_sensor", board.first_sensor);
+  Take(json, "sensor_count", board.sensor_count);
+  return board;
+}
+
+CalibrationHistoryEntry HistoryFromJson(const Json& json) {
+  CalibrationHistoryEntry entry;
+  Take(ObjectOf(json, "history"), "hash", entry.hash);
+  Take(json, "wall_ns", entry.wall_ns);
+  Take(json, "common_shift_mm", entry.common_shift_mm);
+  Take(json, "sensor_shift_mm", entry.sensor_shift_mm);
+  Take(json, "passed", entry.passed);
+  return entry;
 }
 
 Json JsonFromFile(const CalibrationFile& file) {
@@ -121,20 +208,18 @@ Json JsonFromFile(const CalibrationFile& file) {
           {"sensor_covariance", std::move(covariance)}};
 }
 
-template <class Item, class Make>
-void TakeList(const Json& json, const char* key, std::vector<Item>& items, const Make& make) {
-  const Json& list = json.at(key);
-  if (!list.is_array() || list.size() > kMaxEntries) throw Json::other_error::create(501, "too many entries", &list);
-  for (const Json& entry : list) items.push_back(make(entry));
-}
-
 Eigen::Matrix<double, 7, 7> CovarianceFromJson(const Json& json) {
-  const auto lower = json.get<std::vector<double>>();
-  if (lower.size() != 28) throw Json::other_error::create(501, "a covariance has 28 numbers", &json);
+  constexpr const char* kKey = "sensor_covariance";
+  if (!json.is_array() || json.size() != 28) throw Wrong(kKey);
   Eigen::Matrix<double, 7, 7> matrix;
   std::size_t at = 0;
   for (int row = 0; row < 7; ++row) {
-    for (int column = 0; column <= row; ++column) matrix(row, column) = matrix(column, row) = lower[at++];
+    for (int column = 0; column <= row; ++column) {
+      const Json& number = json[at++];
+      if (!number.is_number() || !(std::abs(number.get<double>()) <= kMostNumber)) throw Wrong(kKey);
+      matrix(row, column) = matrix(column, row) = number.get<double>();
+    }
+    if (matrix(row, row) < 0.0) throw Wrong(kKey);
   }
   return matrix;
 }
@@ -148,30 +233,33 @@ CalibrationFile FileFromJson(const Json& json) {
   Take(json, "ambient_c", file.ambient_c);
   Take(json, "traceable", file.traceable);
   Take(json, "passed", file.passed);
-  TakeList(json, "boards", file.boards, [](const Json& entry) {
-    RecordedBoard board;
-    Take(entry, "serial", board.serial);
-    Take(entry, "first_sensor", board.first_sensor);
-    Take(entry, "sensor_count", board.sensor_count);
-    return board;
-  });
-  TakeList(json, "targets", file.targets, TargetFromJson);
-  TakeList(json, "recordings", file.recordings, [](const Json& entry) { return entry.get<std::string>(); });
-  TakeList(json, "unobservable", file.unobservable, [](const Json& entry) { return entry.get<std::string>(); });
-  TakeList(json, "history", file.history, [](const Json& entry) {
-    CalibrationHistoryEntry made;
-    Take(entry, "hash", made.hash);
-    Take(entry, "wall_ns", made.wall_ns);
-    Take(entry, "common_shift_mm", made.common_shift_mm);
-    Take(entry, "sensor_shift_mm", made.sensor_shift_mm);
-    Take(entry, "passed", made.passed);
-    return made;
-  });
-  TakeList(json, "sensor_covariance", file.sensor_covariance, CovarianceFromJson);
-  auto calibration = CalibrationFromJson(json.at("calibration"));
-  if (!calibration) throw Json::other_error::create(501, calibration.error(), &json);
+  file.boards = ListOf(json, "boards", BoardFromJson);
+  file.targets = ListOf(json, "targets", TargetFromJson);
+  file.recordings = TextsOf(json, "recordings");
+  file.unobservable = TextsOf(json, "unobservable");
+  file.history = ListOf(json, "history", HistoryFromJson);
+  file.sensor_covariance = ListOf(json, "sensor_covariance", CovarianceFromJson);
+  auto calibration = CalibrationFromJson(At(json, "calibration"));
+  if (!calibration) throw BadFile{calibration.error()};
   file.calibration = std::move(*calibration);
+  if (file.sensor_covariance.size() != file.calibration.sensors.size() && !file.sensor_covariance.empty()) {
+    throw BadFile{"it has not one covariance per sensor"};
+  }
   return file;
+}
+
+/// Nothing if the text is no JSON, or one that no calibration needs: too long, or nested too deep.
+Json ParseShallow(const std::string& text) {
+  constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+  constexpr int kDeepest = 6;
+  if (text.size() > kMostBytes) return {};
+  bool deep = false;
+  const auto shallow = [&deep](int depth, Json::parse_event_t, Json&) {
+    deep = deep || depth > kDeepest;
+    return !deep;
+  };
+  Json json = Json::parse(text, shallow, false);
+  return deep ? Json() : json;
 }
 
 }  // namespace
@@ -210,7 +298,7 @@ Status WriteCalibrationFile(Storage& storage, const std::string& path, Calibrati
 
 Result<CalibrationFile> ParseCalibrationFile(const std::string& text, const std::string& name) {
   const std::string attempted = "read the calibration " + name;
-  Json json = Json::parse(text, nullptr, false);
+  Json json = ParseShallow(text);
   if (!json.is_object() || json.value("format", Json()) != Json(kFormat)) {
     return Fail(attempted, "it is not a calibration file of annulus",
                 "name the CAL.json that 'annulus calibrate' wrote");
@@ -225,13 +313,10 @@ Result<CalibrationFile> ParseCalibrationFile(const std::string& text, const std:
   }
   try {
     CalibrationFile file = FileFromJson(json);
-    if (file.sensor_covariance.size() != file.calibration.sensors.size() && !file.sensor_covariance.empty()) {
-      return Fail(attempted, "it has not one covariance per sensor", kTryAgain);
-    }
     file.calibration.certificate = hash.get<std::string>();
     return file;
-  } catch (const Json::exception& error) {
-    return Fail(attempted, std::string("something in it is missing or wrong: ") + error.what(), kTryAgain);
+  } catch (const BadFile& bad) {
+    return Fail(attempted, bad.seen, kTryAgain);
   }
 }
 
@@ -266,6 +351,9 @@ Status CheckCalibrationFor(const CalibrationFile& file, const std::vector<Record
                 "it is of a ring of " + std::to_string(file.boards.size()) + " boards, this one has " +
                     std::to_string(boards.size()),
                 "calibrate this ring");
+  }
+  if (!file.passed) {
+    return Fail(attempted, "it did not keep its limits", "calibrate the ring again; the report says what to mend");
   }
   if (wall_ns > file.valid_until_ns) {
     return Fail(attempted, "it was valid until " + UtcText(file.valid_until_ns), "calibrate the ring again");

@@ -50,8 +50,8 @@ Result<CalibrationFile> ReadCalibrationFile(Storage& storage, const std::string&
 /// The same of a text; `name` is what messages call it.
 Result<CalibrationFile> ParseCalibrationFile(const std::string& text, const std::string& name);
 
-/// Whether the file may be used on a ring with these boards at a time (ns since 1970): fails if it has expired or if a
-/// board is another one than was calibrated, naming it.
+/// Whether the file may be used on a ring with these boards at a time (ns since 1970): fails if it did not pass, has
+/// expired, or if a board is another one than was calibrated, naming it.
 Status CheckCalibrationFor(const CalibrationFile& file, const std::vector<RecordedBoard>& boards, std::int64_t wall_ns);
 
 /// A name for a ring of these boards: "ring-" and eight hexadecimal digits of their serials in order.

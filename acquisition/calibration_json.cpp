@@ -280,6 +280,7 @@ tl::expected<void, std::string> CheckCalibration(const RingCalibration& calibrat
     }
     if (!(std::abs(sensor.range_quadratic) <= kQuadratic.limit)) return Wrong(kQuadratic.key);
     if (sensor.radius_mm <= 0.0) return Wrong("radius_mm");
+    if (!(sensor.range_scale > 0.0)) return Wrong("range_scale");
   }
   if (const std::string key = CheckFields(calibration.pose, kPoseFields); !key.empty()) return Wrong(key);
   if (const std::string key = CheckCarriage(calibration.carriage); !key.empty()) return Wrong(key);

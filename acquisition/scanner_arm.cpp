@@ -1,6 +1,8 @@
 // Arming: all checks before a scan, the ring tried, the recording begun.
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "acquisition/scanner_state.h"
@@ -122,6 +124,7 @@ Status Scanner::State::Check(ArmReport& report) {
     for (ArmCheck& one : options.host_checks()) report.checks.push_back(std::move(one));
   }
   check("ring", ProveRing());
+  WatchTemperature();
   Status planned;
   if (armed.search) {
     plan = SearchPlan(axis.identity().limits);
@@ -192,6 +195,23 @@ void Scanner::State::WatchReference() {
   reference_note = note;
 }
 
+void Scanner::State::WatchTemperature() {
+  constexpr double kFar = 5.0;  // degrees: offsets of a ring are known to rise by up to some 0.05 mm per degree
+  const RingCalibration& calibration = armed.header.calibration;
+  std::string note;
+  const bool unknown = !calibration.certificate.empty() && calibration.range_mm_per_c == 0.0;
+  if (unknown && ring_temperature_c && std::abs(*ring_temperature_c - calibration.reference_c) > kFar) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the ring has %.0f degrees, it was calibrated at %.0f, and how its ranges change with temperature is "
+                  "not known: let it warm up, or calibrate it at this temperature",
+                  *ring_temperature_c, calibration.reference_c);
+    note = text;
+  }
+  const std::scoped_lock lock(mutex);
+  temperature_note = note;
+}
+
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
   const ReferenceBoard* reference = devices.ring.reference();
   const std::size_t sensors = devices.ring.limits().sensor_count + (reference != nullptr ? kSensorsPerBoard : 0);
@@ -208,6 +228,9 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   header.plan_json = PlanJson(plan);
   header.wall_start_ns = clock.WallNow().count();
   header.machine = Machine();
+  if (ring_temperature_c && header.calibration.range_mm_per_c != 0.0) {
+    header.calibration = header.calibration.AtTemperature(*ring_temperature_c);
+  }
   ENSURE(header.reference.has_value() == (reference != nullptr), "who arms knows where the reference sensors stand");
   if (reference != nullptr && reference->board) {
     header.reference->firmware_version = reference->board->firmware_version;
@@ -225,6 +248,9 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   }
   for (const std::string& reason : plan_adjusted) {
     RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
+  }
+  if (!temperature_note.empty()) {
+    RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "warning: " + temperature_note));
   }
   return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
 }

@@ -80,6 +80,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   Status ProveRing();
   /// Lets the status say how the reference board is.
   void WatchReference();
+  /// Notes a ring that is much warmer or colder than when it was calibrated.
+  void WatchTemperature();
   /// It was there, and may be found again.
   [[nodiscard]] bool ReferenceLost() const;
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
@@ -145,6 +147,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
   std::string reference_note;  ///< Why the reference board gives no readings now; a warning while it is so.
+  std::string temperature_note;  ///< Why the calibration may not hold at the ring's temperature; likewise.
   std::string stage;
   double done = 0.0;
   double total = 0.0;

@@ -19,18 +19,18 @@ constexpr double kNoisy = 2.0;          // mm
 }  // namespace
 
 std::string PlacementCheck::Text() const {
-  return fmt::format(
-      "stood {:.0f} mm to the right and {:.0f} mm to the front of the middle, tilted by {:.1f} degrees; {} "
-      "readings, noise {:.2f} mm",
-      x_mm, y_mm, tilt_deg, readings, noise_mm);
+  const std::string seen = fmt::format("{} readings, noise {:.2f} mm", readings, noise_mm);
+  if (!pose_known) return seen;
+  return fmt::format("stood {:.0f} mm to the {} and {:.0f} mm to the {} of the middle, tilted by {:.1f} degrees; {}",
+                     std::abs(x_mm), x_mm < 0.0 ? "left" : "right", std::abs(y_mm), y_mm < 0.0 ? "back" : "front",
+                     tilt_deg, seen);
 }
 
 std::string CalibrationSoFar::Text() const {
   if (!solved) return "not enough placements yet to solve";
   return fmt::format(
       "residuals {:.3f} mm (noise alone {:.3f}); known so far: radius common to all {:.3f} mm, a beam's direction "
-      "{:.3f} "
-      "degrees sideways and {:.3f} in height (sd)",
+      "{:.3f} degrees sideways and {:.3f} in height (sd)",
       rms_mm, expected_mm, common_sigma_mm, lateral_sigma_deg, vertical_sigma_deg);
 }
 
@@ -56,6 +56,7 @@ PlacementCheck CalibrationGuide::Check(std::size_t step, const TargetScan& scan)
     return check;
   }
   const TargetPose& pose = prepared->pose;
+  check.pose_known = true;
   check.x_mm = pose.x;
   check.y_mm = pose.y;
   check.tilt_deg = DegreesFromRadians(std::atan(std::hypot(pose.slope_x, pose.slope_y)));

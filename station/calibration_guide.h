@@ -14,6 +14,7 @@ namespace annulus {
 struct PlacementCheck {
   bool good = false;
   std::vector<std::string> problems;  ///< Each with what to do; empty if good.
+  bool pose_known = false;            ///< Not of a board, nor of a target that was not found.
   double x_mm = 0.0, y_mm = 0.0;      ///< Where the middle of the target's axis is.
   double tilt_deg = 0.0;
   double noise_mm = 0.0;

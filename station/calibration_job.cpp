@@ -31,6 +31,36 @@ Result<std::vector<RecordedBoard>> BoardsOf(const std::vector<Scan>& scans) {
   return boards;
 }
 
+/// Whether what `previous` calibrated is the ring that was scanned: all of its boards, but for one that is calibrated
+/// alone; without that at least one of them, so that there is something to compare.
+Status CheckPrevious(const CalibrationJob& job, const std::vector<RecordedBoard>& boards, std::size_t sensors) {
+  const char* advice = "give the calibration that was in force for this ring with --previous";
+  if (job.previous->calibration.sensors.size() != sensors) {
+    return Fail(kAttempted,
+                fmt::format("the previous calibration is of {} sensors, the ring has {}",
+                            job.previous->calibration.sensors.size(), sensors),
+                advice);
+  }
+  std::size_t known = 0;
+  for (const RecordedBoard& board : boards) {
+    const auto& before = job.previous->boards;
+    const bool was_there = std::any_of(before.begin(), before.end(), [&](const RecordedBoard& one) {
+      return one.serial == board.serial && one.first_sensor == board.first_sensor &&
+             one.sensor_count == board.sensor_count;
+    });
+    if (was_there) ++known;
+    if (job.board && !was_there && board.serial != *job.board) {
+      return Fail(kAttempted,
+                  fmt::format("board {} is not in its place in the previous calibration either", board.serial),
+                  "calibrate the whole ring");
+    }
+  }
+  if (known == 0 && !boards.empty() && !job.board) {
+    return Fail(kAttempted, "the previous calibration is of another ring: none of its boards is in this one", advice);
+  }
+  return {};
+}
+
 /// Flags of the sensors that are solved for; empty: all.
 Result<std::vector<bool>> FreeSensors(const CalibrationJob& job, const std::vector<RecordedBoard>& boards,
                                       RingCalibration& start) {
@@ -122,6 +152,38 @@ Result<CalibrationVerification> Verify(const RingSolution& solution, const Calib
   return verification;
 }
 
+/// What was not solved for is as well known as before: uncertainty of the ring around a board that was calibrated
+/// alone. What the board has in common with the ring, the target's radius, is taken twice as if it were independent.
+void KeepUncertainty(const CalibrationFile& previous, const std::vector<bool>& free, RingSolution& solution) {
+  const std::size_t sensors = free.size();
+  if (previous.sensor_covariance.size() == sensors && solution.sensor_covariance.size() == sensors) {
+    for (std::size_t i = 0; i < sensors; ++i) {
+      if (!free[i]) solution.sensor_covariance[i] = previous.sensor_covariance[i];
+    }
+  }
+  std::optional<CalibrationUncertainty>& now = solution.calibration.uncertainty;
+  const std::optional<CalibrationUncertainty>& before = previous.calibration.uncertainty;
+  if (!before || !now) {
+    now.reset();
+    return;
+  }
+  const Eigen::Index modes = before->together_mm.cols();
+  const Eigen::Index added = now->together_mm.cols();
+  Eigen::MatrixXd together = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(sensors), modes + added);
+  for (std::size_t i = 0; i < sensors; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (free[i]) {
+      together.row(row).tail(added) = now->together_mm.row(row);
+    } else {
+      together.row(row).head(modes) = before->together_mm.row(row);
+      now->own_mm[i] = before->own_mm[i];
+    }
+  }
+  now->together_mm = std::move(together);
+  now->height_scale_sigma = before->height_scale_sigma;
+  now->height_offset_sigma_mm = before->height_offset_sigma_mm;
+}
+
 /// The file of a solved calibration, without its hash.
 CalibrationFile FileOf(const CalibrationJob& job, const RingSolution& solution,
                        const std::vector<RecordedBoard>& boards) {
@@ -135,6 +197,8 @@ CalibrationFile FileOf(const CalibrationJob& job, const RingSolution& solution,
   }
   constexpr double kDayNs = 86'400e9;
   file.valid_until_ns = file.wall_ns + static_cast<std::int64_t>(job.plan.valid_days * kDayNs);
+  // One new board makes the others no younger.
+  if (job.board) file.valid_until_ns = std::min(file.valid_until_ns, job.previous->valid_until_ns);
   file.boards = boards;
   file.targets = job.plan.targets;
   file.technician = job.plan.technician;
@@ -222,6 +286,72 @@ RingCalibration AtScansTemperature(const RingCalibration& start, const std::vect
   return count > 0.0 ? start.AtTemperature(sum / count) : start;
 }
 
+namespace {
+
+/// A job's scans as the solver takes them: targets that are used, and apart the placements that are only verified with.
+struct SortedScans {
+  std::vector<std::size_t> used;  ///< Indices into the plan's targets.
+  std::vector<CalibrationTarget> targets;
+  std::vector<TargetScan> scans;
+  std::vector<std::pair<std::size_t, TargetScan>> verifications;  ///< Target of the plan, and the scan.
+};
+
+SortedScans Sorted(const CalibrationJob& job) {
+  SortedScans sorted;
+  for (std::size_t p = 0; p < job.scans.size(); ++p) {
+    const PlannedPlacement& placement = job.plan.placements[p];
+    const std::string name = placement.scan.empty() ? fmt::format("placement {}", p + 1) : placement.scan;
+    TargetScan scan = TargetScanOf(job.scans[p], placement, name, job.plan.ambient_c);
+    if (placement.verify) {
+      sorted.verifications.emplace_back(placement.target, std::move(scan));
+      continue;
+    }
+    auto known = std::find(sorted.used.begin(), sorted.used.end(), placement.target);
+    if (known == sorted.used.end()) {
+      sorted.used.push_back(placement.target);
+      sorted.targets.push_back(job.plan.targets[placement.target]);
+      known = sorted.used.end() - 1;
+    }
+    scan.target = static_cast<std::size_t>(known - sorted.used.begin());
+    sorted.scans.push_back(std::move(scan));
+  }
+  return sorted;
+}
+
+/// A coefficient that the readings say nothing of stays what it was: 0 is "not known" (RingCalibration).
+void ForgetUnseenTemperature(const RingCalibration& start, RingSolution& solution) {
+  for (const Observability& one : solution.observability) {
+    if (one.name == "temperature coefficient" && !one.observable) {
+      solution.calibration.range_mm_per_c = start.range_mm_per_c;
+    }
+  }
+}
+
+Result<RingSolution> Solve(const CalibrationJob& job, const std::vector<RecordedBoard>& boards,
+                           const SortedScans& sorted, const TaskContext& task) {
+  const ScanHeader& header = job.scans.front().header;
+  RingCalibration start = job.board ? job.previous->calibration
+                                    : RingCalibration::Ideal(header.ring_radius_mm, header.calibration.sensors.size());
+  start = AtScansTemperature(start, sorted.scans);
+  CalibrateOptions options;
+  auto free = FreeSensors(job, boards, start);
+  if (!free) return Fail(free);
+  options.free_sensors = *free;
+  if (!boards.empty()) options.board_size = boards.front().sensor_count;
+  auto solution = CalibrateRing(start, sorted.targets, sorted.scans, options, task);
+  if (!solution) return Fail(solution);
+  ForgetUnseenTemperature(start, *solution);
+  if (job.board) KeepUncertainty(*job.previous, *free, *solution);
+  for (const SensorExchange& exchange : solution->exchanges) {
+    solution->findings.insert(solution->findings.begin(),
+                              {CalibrationFinding::Grade::kFailure, "channels_swapped", ExchangeText(exchange, boards),
+                               "exchange their plugs, or their places in [ring] boards, and calibrate again"});
+  }
+  return solution;
+}
+
+}  // namespace
+
 Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContext& task) {
   if (job.scans.empty() || job.scans.size() != job.plan.placements.size()) {
     return Fail(kAttempted,
@@ -233,51 +363,23 @@ Result<CalibrationOutcome> Calibrate(const CalibrationJob& job, const TaskContex
   }
   const auto boards = BoardsOf(job.scans);
   if (!boards) return Fail(boards);
-  // The solver's targets: those that are not only for verification.
-  std::vector<std::size_t> used;
-  std::vector<CalibrationTarget> targets;
-  std::vector<TargetScan> scans;
-  std::vector<std::pair<std::size_t, TargetScan>> verifications;
-  for (std::size_t p = 0; p < job.scans.size(); ++p) {
-    const PlannedPlacement& placement = job.plan.placements[p];
-    const std::string name = placement.scan.empty() ? fmt::format("placement {}", p + 1) : placement.scan;
-    TargetScan scan = TargetScanOf(job.scans[p], placement, name, job.plan.ambient_c);
-    if (placement.verify) {
-      verifications.emplace_back(placement.target, std::move(scan));
-      continue;
-    }
-    auto known = std::find(used.begin(), used.end(), placement.target);
-    if (known == used.end()) {
-      used.push_back(placement.target);
-      targets.push_back(job.plan.targets[placement.target]);
-      known = used.end() - 1;
-    }
-    scan.target = static_cast<std::size_t>(known - used.begin());
-    scans.push_back(std::move(scan));
+  if (job.previous) {
+    RETURN_IF_ERROR(CheckPrevious(job, *boards, job.scans.front().header.calibration.sensors.size()));
   }
-  const ScanHeader& header = job.scans.front().header;
-  RingCalibration start = job.board ? job.previous->calibration
-                                    : RingCalibration::Ideal(header.ring_radius_mm, header.calibration.sensors.size());
-  start = AtScansTemperature(start, scans);
-  CalibrateOptions options;
-  auto free = FreeSensors(job, *boards, start);
-  if (!free) return Fail(free);
-  options.free_sensors = std::move(*free);
-  if (!boards->empty()) options.board_size = boards->front().sensor_count;
-  CalibrationOutcome outcome;
-  auto solution = CalibrateRing(start, targets, scans, options, task);
+  const SortedScans sorted = Sorted(job);
+  if (sorted.scans.empty()) {
+    return Fail(kAttempted, "all placements are for verification: there is nothing to solve",
+                "take 'verify' off a target of the plan");
+  }
+  auto solution = Solve(job, *boards, sorted, task);
   if (!solution) return Fail(solution);
-  for (const SensorExchange& exchange : solution->exchanges) {
-    solution->findings.insert(solution->findings.begin(),
-                              {CalibrationFinding::Grade::kFailure, "channels_swapped", ExchangeText(exchange, *boards),
-                               "exchange their plugs, or their places in [ring] boards, and calibrate again"});
-  }
+  CalibrationOutcome outcome;
   outcome.solution = std::move(*solution);
   outcome.file = FileOf(job, outcome.solution, *boards);
-  outcome.report = ReportOf(job, outcome, used);
-  if (!verifications.empty()) {
-    auto verified =
-        Verify(outcome.solution, job.plan.targets[verifications.front().first], verifications.front().second);
+  outcome.report = ReportOf(job, outcome, sorted.used);
+  if (!sorted.verifications.empty()) {
+    const auto& [target, scan] = sorted.verifications.front();
+    auto verified = Verify(outcome.solution, job.plan.targets[target], scan);
     if (!verified) return Fail(verified);
     outcome.report.verification = std::move(*verified);
   }

@@ -29,7 +29,7 @@ struct CalibrationOutcome {
   RingSolution solution;
   CalibrationFile file;  ///< Not written yet: certificate and hash are still empty.
   CalibrationReport report;
-  bool passed = false;             ///< All limits kept and nothing found that forbids its use.
+  bool passed = false;  ///< All limits kept and nothing found that forbids its use.
 };
 
 /// Readings of a recording as the solver takes them; turn and temperatures as the placement says.

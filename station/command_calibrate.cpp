@@ -3,22 +3,18 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "acquisition/recording.h"
-#include "station/calibration_guide.h"
+#include "base/units.h"
 #include "station/calibration_job.h"
 #include "station/calibration_verdict.h"
 #include "station/commands.h"
 #include "station/config.h"
-#include "station/devices.h"
+#include "station/guided_calibration.h"
 #include "station/key_file.h"
-#include "station/scan_job.h"
 
 namespace annulus {
 namespace {
@@ -26,7 +22,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kWrongUsage = 2;
-constexpr int kMostTries = 3;
 
 struct CalibrateCommand {
   std::string target;
@@ -118,114 +113,6 @@ std::string ResultText(const CalibrationOutcome& outcome, const CalibrateCommand
   return text;
 }
 
-/// Takes the scans of a plan, one after the other, and says what to do in between.
-class GuidedRun {
- public:
-  GuidedRun(const CalibrateCommand& options, Config config, CommandIo& io, const KeySource* keys)
-      : options_(options), config_(std::move(config)), io_(io), keys_(keys), simulated_(AllSimulated(config_)) {}
-
-  Status Run(const CalibrationPlan& plan, std::vector<Scan>& scans, std::vector<std::string>& files) {
-    const CalibrationGuide guide(plan, RingCalibration::Ideal(config_.ring.radius_mm));
-    std::vector<TargetScan> taken;
-    const auto start = std::chrono::steady_clock::now();
-    RETURN_IF_ERROR(io_.storage().CreateFolder(options_.report));
-    for (std::size_t step = 0; step < guide.steps(); ++step) {
-      RETURN_IF_ERROR(Say(guide.Instruction(step)));
-      for (int attempt = 1;; ++attempt) {
-        const auto step_start = std::chrono::steady_clock::now();
-        const std::string file = fmt::format("{}/placement-{}.mcap", options_.report, step + 1);
-        auto scan = Take(plan, step, file);
-        if (!scan) return Fail(scan);
-        TargetScan target = TargetScanOf(*scan, plan.placements[step], file, plan.ambient_c);
-        const PlacementCheck check = guide.Check(step, target);
-        const double seconds =
-            duration_s_ > 0.0 ? duration_s_
-                              : std::chrono::duration<double>(std::chrono::steady_clock::now() - step_start).count();
-        RETURN_IF_ERROR(Say("  " + check.Text()));
-        RETURN_IF_ERROR(Say(fmt::format("  took {:.0f} s of {:.0f} s", seconds, CalibrationGuide::kStepBudget)));
-        for (const std::string& problem : check.problems) RETURN_IF_ERROR(Say("  not good: " + problem));
-        if (check.good) {
-          taken.push_back(std::move(target));
-          scans.push_back(std::move(*scan));
-          files.push_back(file);
-          break;
-        }
-        if (attempt == kMostTries) {
-          return Fail(
-              "calibrate the ring",
-              "placement " + std::to_string(step + 1) + " did not succeed in three tries: " + check.problems.front(),
-              "mend that, then start again");
-        }
-      }
-      if (!plan.placements[step].verify) {
-        TaskContext task;
-        task.stop = io_.stop();
-        RETURN_IF_ERROR(Say("  " + guide.SolveSoFar(taken, task).Text()));
-      }
-    }
-    const double minutes = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60.0;
-    return Say(fmt::format("all placements scanned in {:.1f} min", simulated_ ? booth_s_ / 60.0 : minutes));
-  }
-
- private:
-  /// What is said while somebody works goes to stderr: stdout may be JSON.
-  Status Say(const std::string& line) {
-    std::cerr << line << std::endl;
-    return std::cerr ? Status{} : Fail("show what to do", "stderr cannot be written", "run it on a terminal");
-  }
-
-  Result<Scan> Take(const CalibrationPlan& plan, std::size_t step, const std::string& file) {
-    const PlannedPlacement& placement = plan.placements[step];
-    const CalibrationTarget& target = plan.targets[placement.target];
-    const bool fine = target.kind == CalibrationTarget::Kind::kStep;
-    if (simulated_) PlaceSimulated(target, placement, step);
-    ProgressDisplay display(io_.progress_mode());
-    TaskContext task;
-    task.stop = io_.stop();
-    task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
-    const ScanRequest request{fine ? "target_fine" : "target", file, "", "", keys_};
-    const auto outcome = RunScanJob(config_, request, io_.storage(), task);
-    display.Clear();
-    if (!outcome) return Fail(outcome);
-    if (outcome->summary.cancelled) return tl::unexpected(InterruptedError("calibrate the ring"));
-    duration_s_ = 0.0;
-    if (simulated_) {
-      // Somebody needs a while to move the target; the booth's own clock says how long the scan took.
-      constexpr double kHandling = 15.0;
-      duration_s_ = kHandling + std::chrono::duration<double>(outcome->summary.end - outcome->summary.start).count();
-      booth_s_ += duration_s_;
-    }
-    return ReadRecording(io_.storage(), file, keys_);
-  }
-
-  /// In the simulated booth the target is set up as asked for, as well as people do that.
-  void PlaceSimulated(const CalibrationTarget& target, const PlannedPlacement& placement, std::size_t step) {
-    std::mt19937_64 random(config_.sim.seed * 7919 + step);
-    const auto off = [&](double most) { return most * (2.0 * static_cast<double>(random() >> 11U) * 0x1p-53 - 1.0); };
-    SimTarget simulated;
-    simulated.target = target;
-    simulated.out_of_round_mm = 0.12;
-    simulated.seed = config_.sim.seed + placement.target;
-    const double tilt = RadiansFromDegrees(placement.tilt_deg + off(placement.tilt_deg > 0.0 ? 0.8 : 0.2));
-    const double to = RadiansFromDegrees(placement.tilt_to_deg + off(10.0));
-    simulated.placement.tilt_x = -tilt * std::sin(to);
-    simulated.placement.tilt_y = tilt * std::cos(to);
-    simulated.placement.turn_rad = RadiansFromDegrees(placement.turn_deg.value_or(0.0) + off(1.5));
-    constexpr double kMiddle = 650.0;  // mm; of the profile's heights
-    simulated.placement.x_mm = placement.x_mm + off(6.0) - kMiddle * std::tan(tilt) * std::cos(to);
-    simulated.placement.y_mm = placement.y_mm + off(6.0) - kMiddle * std::tan(tilt) * std::sin(to);
-    config_.sim.target = simulated;
-  }
-
-  const CalibrateCommand& options_;
-  Config config_;
-  CommandIo& io_;
-  const KeySource* keys_;
-  bool simulated_;
-  double duration_s_ = 0.0;  ///< Of the last step on the simulated booth's clock.
-  double booth_s_ = 0.0;     ///< Of all steps.
-};
-
 Status WrongUsage(CommandIo& io, const std::string& seen, const std::string& advice) {
   io.set_failure_code(kWrongUsage);
   return Fail("calibrate the ring", seen, advice);
@@ -259,34 +146,78 @@ Status NameScans(const CalibrateCommand& options, CalibrationPlan& plan, Command
   return {};
 }
 
+/// Takes the scans on the booth, and says on stderr what to do: stdout may be JSON.
+Status TakeScans(const CalibrateCommand& options, CommandIo& io, const KeySource* keys, CalibrationJob& job) {
+  if (!options.scans.empty()) return WrongUsage(io, "--scans and --config are both given", "give one of them");
+  if (options.report.empty()) return WrongUsage(io, "--report is missing", "name the folder for scans and report");
+  const auto config = ReadConfig(io.storage(), options.config);
+  if (!config) return Fail(config);
+  ProgressDisplay display(io.progress_mode());
+  TaskContext task;
+  task.stop = io.stop();
+  task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
+  const auto say = [&](const std::string& line) -> Status {
+    display.Clear();
+    std::cerr << line << std::endl;
+    return std::cerr ? Status{} : Fail("show what to do", "stderr cannot be written", "run it on a terminal");
+  };
+  RETURN_IF_ERROR(io.storage().CreateFolder(options.report));
+  const CalibrationGuide guide(job.plan, RingCalibration::Ideal(config->ring.radius_mm));
+  BoothPlacements booth(*config, io.storage(), keys);
+  auto taken = RunGuidedCalibration(guide, options.report, booth, say, task);
+  display.Clear();
+  if (!taken) return Fail(taken);
+  job.scans = std::move(taken->scans);
+  for (std::size_t k = 0; k < taken->files.size(); ++k) job.plan.placements[k].scan = taken->files[k];
+  return {};
+}
+
+Status ReadScans(const CalibrateCommand& options, CommandIo& io, const KeySource* keys, CalibrationJob& job) {
+  RETURN_IF_ERROR(NameScans(options, job.plan, io));
+  for (const PlannedPlacement& placement : job.plan.placements) {
+    auto scan = ReadRecording(io.storage(), placement.scan, keys);
+    if (!scan) return Fail(scan);
+    job.scans.push_back(std::move(*scan));
+  }
+  return {};
+}
+
+/// Why a calibration was not written.
+Status Refusal(const CalibrationOutcome& outcome) {
+  if (outcome.passed) return {};
+  for (const CalibrationFinding& finding : outcome.solution.findings) {
+    if (finding.grade == CalibrationFinding::Grade::kFailure) {
+      return Fail("calibrate the ring", finding.text, finding.advice);
+    }
+  }
+  for (const LimitLine& line : JudgeCalibration(outcome.report)) {
+    if (line.left_verdict() != LimitLine::Verdict::kFail) continue;
+    const std::string unit = line.unit.empty() ? "" : " " + line.unit;
+    return Fail("calibrate the ring",
+                fmt::format("{} is {:.3g}{}, the limit is {:.3g}{}", line.name, *line.left, unit, line.limit, unit),
+                "see the report for what it rests on; more placements, or a better target, help");
+  }
+  return Fail("calibrate the ring", "a limit is not kept", "see the report");
+}
+
 Status RunCalibrate(const CalibrateCommand& options, CommandIo& io) {
+  if (options.board != 0 && options.previous.empty()) {
+    return WrongUsage(io, "--board needs the calibration of the ring around it", "give it with --previous");
+  }
   auto plan = ReadCalibrationPlan(io.storage(), options.target);
   if (!plan) return Fail(plan);
   const auto keys = OpenKeys(options.key_file);
   if (!keys) return Fail(keys);
   CalibrationJob job;
+  job.plan = std::move(*plan);
   if (!options.previous.empty()) {
     auto previous = ReadCalibrationFile(io.storage(), options.previous);
     if (!previous) return Fail(previous);
     job.previous = std::move(*previous);
   }
   if (options.board != 0) job.board = options.board;
-  if (options.config.empty()) {
-    RETURN_IF_ERROR(NameScans(options, *plan, io));
-    for (const PlannedPlacement& placement : plan->placements) {
-      auto scan = ReadRecording(io.storage(), placement.scan, keys->get());
-      if (!scan) return Fail(scan);
-      job.scans.push_back(std::move(*scan));
-    }
-  } else {
-    if (options.report.empty()) return WrongUsage(io, "--report is missing", "name the folder for scans and report");
-    const auto config = ReadConfig(io.storage(), options.config);
-    if (!config) return Fail(config);
-    std::vector<std::string> files;
-    RETURN_IF_ERROR(GuidedRun(options, *config, io, keys->get()).Run(*plan, job.scans, files));
-    for (std::size_t k = 0; k < files.size(); ++k) plan->placements[k].scan = files[k];
-  }
-  job.plan = std::move(*plan);
+  RETURN_IF_ERROR(options.config.empty() ? ReadScans(options, io, keys->get(), job)
+                                         : TakeScans(options, io, keys->get(), job));
   ProgressDisplay display(io.progress_mode());
   TaskContext task;
   task.stop = io.stop();
@@ -301,13 +232,7 @@ Status RunCalibrate(const CalibrateCommand& options, CommandIo& io) {
   }
   RETURN_IF_ERROR(options.json == "-" ? Status{} : io.Print(ResultText(*outcome, options)));
   if (!options.json.empty()) RETURN_IF_ERROR(io.WriteJson(options.json, ResultJson(*outcome, options.out)));
-  if (outcome->passed) return {};
-  for (const CalibrationFinding& finding : outcome->solution.findings) {
-    if (finding.grade == CalibrationFinding::Grade::kFailure) {
-      return Fail("calibrate the ring", finding.text, finding.advice);
-    }
-  }
-  return Fail("calibrate the ring", "a limit is not kept", "see the report: which line fails, and what it rests on");
+  return Refusal(*outcome);
 }
 
 }  // namespace
