@@ -12,6 +12,7 @@
 #include "base/frames.h"
 #include "fitting/sway_errors.h"
 #include "fitting/sway_levels.h"
+#include "fitting/sweep_paths.h"
 
 namespace annulus {
 namespace {
@@ -104,18 +105,8 @@ double ReferenceSigma(std::span<const ReferenceReading> references, double noise
   return std::hypot(noise, kCommon * std::sqrt(together));
 }
 
-/// The scan and what is known of its motion so far.
-struct Alignment {
-  std::vector<RingLevel> levels;
-  std::vector<SwayMotion> moved;  ///< By level.
-  SwayPosterior posterior;
-  std::size_t sweeps = 0;
-  std::size_t compared = 0;
-  std::size_t references = 0;
-};
-
 void Align(std::span<const SurfaceSample> samples, std::span<const ReferenceReading> references,
-           const SwayOptions& options, Alignment& alignment) {
+           const SwayOptions& options, SwayAlignment& alignment) {
   const std::size_t columns = ColumnsOf(samples);
   const double pitch = SweepPitch(alignment.levels);
   const auto moved_at = [&](double time_s) {
@@ -153,15 +144,32 @@ void Align(std::span<const SurfaceSample> samples, std::span<const ReferenceRead
   }
 }
 
-std::vector<SurfaceSample> MovedBack(std::span<const SurfaceSample> samples, const SwayPosterior& posterior) {
-  std::vector<SurfaceSample> moved(samples.begin(), samples.end());
-  for (SurfaceSample& sample : moved) {
-    const Eigen::Vector3d p = RestFromStation(sample.Point(), posterior.MeanAt(sample.time_s));
-    sample.theta = WrapAngle(std::atan2(p.y(), p.x()));
-    sample.z = p.z();
-    sample.radius = p.head<2>().norm();
+/// Takes from each level's motion the mean of all sweeps at its height.
+void LeaveCommonPart(SwayAlignment& alignment) {
+  const SweepPaths paths(alignment.levels);
+  std::vector<SwayVector> common;
+  for (const RingLevel& level : alignment.levels) {
+    const std::vector<double> times = paths.NearestTimes(level.z);
+    SwayVector sum = SwayVector::Zero();
+    for (const double time : times) sum += alignment.posterior.MeanAt(time).Vector();
+    common.push_back(sum / static_cast<double>(times.size()));
   }
-  return moved;
+  for (std::size_t k = 0; k < common.size(); ++k) {
+    const SwayVector rest = alignment.moved[k].Vector() - common[k];
+    alignment.moved[k] = {rest[0], rest[1], rest[2], rest[3], rest[4]};
+  }
+}
+
+void MoveBack(const SwayAlignment& alignment, std::vector<SurfaceSample>& samples) {
+  for (std::size_t k = 0; k < alignment.levels.size(); ++k) {
+    for (const std::size_t index : alignment.levels[k].samples) {
+      SurfaceSample& sample = samples[index];
+      const Eigen::Vector3d p = RestFromStation(sample.Point(), alignment.moved[k]);
+      sample.theta = WrapAngle(std::atan2(p.y(), p.x()));
+      sample.z = p.z();
+      sample.radius = p.head<2>().norm();
+    }
+  }
 }
 
 /// What is within the noise of the comparison is no motion: the samples stay what they were, to the bit.
@@ -179,7 +187,7 @@ SwayEstimate EstimateSway(std::span<const SurfaceSample> samples, std::span<cons
   constexpr std::size_t kFewestLevels = 10;
   constexpr double kLeastSway = 0.15;  // mm
   SwayEstimate estimate;
-  Alignment alignment;
+  SwayAlignment alignment;
   alignment.levels = LevelsOf(samples);
   alignment.moved.resize(alignment.levels.size());
   estimate.corrected.assign(samples.begin(), samples.end());
@@ -197,12 +205,18 @@ SwayEstimate EstimateSway(std::span<const SurfaceSample> samples, std::span<cons
   const bool seen = alignment.references > 0 || (alignment.sweeps > 1 && alignment.compared >= kFewestLevels);
   estimate.view = seen ? SwayView::kSeen : SwayView::kNotSeen;
   if (!seen) estimate.reason = alignment.sweeps > 1 ? "sweeps without heights in common" : "one sweep shows no sway";
-  FillSway(alignment.levels, alignment.posterior, estimate);
+  alignment.common = alignment.references > 0 ? CommonPart::kTakenOut : CommonPart::kLeft;
+  if (!seen) {
+    alignment.moved.assign(alignment.levels.size(), SwayMotion{});
+  } else if (alignment.common == CommonPart::kLeft) {
+    LeaveCommonPart(alignment);
+  }
+  FillSway(alignment, estimate);
   if (!seen) return estimate;
   if (estimate.summary.removed_mm < kLeastSway) {
     LeaveAlone(estimate);
   } else {
-    estimate.corrected = MovedBack(samples, alignment.posterior);
+    MoveBack(alignment, estimate.corrected);
   }
   return estimate;
 }

@@ -89,9 +89,9 @@ struct SwayEstimate {
 /// A body displaced by a motion (lean, yaw, shift) has the radii r + J·motion (RadiusByMotion). Every level is compared
 /// with a surface of all levels by robust least squares, growth by breath being a term of its own; the comparisons and
 /// the fixed sensors' readings together give the motion as a Gaussian process over time, whatever the body's shape
-/// (SolveSway); the points are moved back by its mean and everything is linearised again. Radii of levels that are not
-/// aligned are never averaged. Two sweeps that mirror each other show the odd part of the motion only: what they have
-/// in common is not claimed to be removed and stays in `errors`.
+/// (SolveSway); the points are moved back and everything is linearised again. Radii of levels that are not aligned are
+/// never averaged. Sweeps show only how they differ: they are moved onto their mean, and what they have in common at a
+/// height is neither removed nor claimed to be, but stays in `errors`. Fixed sensors show it, and then it is removed.
 ///
 /// `samples` of one scan, of one person, in any order; times in s. Deterministic, one thread, about a second.
 [[nodiscard]] SwayEstimate EstimateSway(std::span<const SurfaceSample> samples,

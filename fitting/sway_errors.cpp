@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 #include "base/units.h"
+#include "fitting/sweep_paths.h"
 
 namespace annulus {
 namespace {
@@ -14,31 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// When a sweep was at which height.
-class SweepPath {
- public:
-  void Add(double z, double time_s) { places_.emplace_back(z, time_s); }
-  void Sort() { std::sort(places_.begin(), places_.end()); }
-
-  /// The time at height z, if the sweep has levels within `reach` on both sides.
-  [[nodiscard]] std::optional<double> TimeAt(double z, double reach) const {
-    const auto above = std::lower_bound(places_.begin(), places_.end(), std::pair{z, -1e300});
-    if (above == places_.end() || above->first - z > reach) {
-      if (places_.empty() || above != places_.end() || z - places_.back().first > reach) return std::nullopt;
-      return places_.back().second;
-    }
-    if (above == places_.begin()) return above->second;
-    const auto below = above - 1;
-    if (z - below->first > reach) return above->second;
-    const double gap = above->first - below->first;
-    const double share = gap > 0.0 ? (z - below->first) / gap : 0.0;
-    return below->second + share * (above->second - below->second);
-  }
-
- private:
-  std::vector<std::pair<double, double>> places_;  // height, time
-};
 
 /// The heights at which the surface's errors are stated, and what they are of the motion at the knots: the mean over
 /// the sweeps that saw the height.
@@ -50,15 +25,13 @@ struct Sections {
 Sections SectionsOf(const std::vector<RingLevel>& levels, const SwayPosterior& posterior) {
   constexpr double kStep = 30.0;  // mm
   constexpr std::size_t kMost = 72;
-  std::map<std::uint16_t, SweepPath> paths;
+  const SweepPaths paths(levels);
   double low = levels.front().z;
   double high = low;
   for (const RingLevel& level : levels) {
-    paths[level.sweep].Add(level.z, level.time_s);
     low = std::min(low, level.z);
     high = std::max(high, level.z);
   }
-  for (auto& [sweep, path] : paths) path.Sort();
   const auto intervals =
       std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil((high - low) / kStep)), 1, kMost - 1);
   const double step = (high - low) / static_cast<double>(intervals);
@@ -66,10 +39,7 @@ Sections SectionsOf(const std::vector<RingLevel>& levels, const SwayPosterior& p
   sections.share = MatrixXd::Zero(static_cast<Index>(intervals + 1), static_cast<Index>(posterior.times.size()));
   for (std::size_t k = 0; k <= intervals; ++k) {
     const double z = low + step * static_cast<double>(k);
-    std::vector<double> times;
-    for (const auto& [sweep, path] : paths) {
-      if (const auto time = path.TimeAt(z, std::max(step, 20.0))) times.push_back(*time);
-    }
+    const std::vector<double> times = paths.TimesAt(z, std::max(step, 20.0));
     if (times.empty()) continue;
     const auto row = static_cast<Index>(sections.heights.size());
     for (const double time : times) {
@@ -174,28 +144,34 @@ std::array<SwayNumber, 2> OverTime(const MatrixXd& draws) {
   return {NumberOf(std::move(sds)), NumberOf(std::move(ranges))};
 }
 
-void FillLevels(const std::vector<RingLevel>& levels, const SwayPosterior& posterior, SwayEstimate& estimate) {
+void FillLevels(const SwayAlignment& alignment, SwayEstimate& estimate) {
+  const SwayPosterior& posterior = alignment.posterior;
   const auto n = static_cast<Index>(posterior.times.size());
   double removed = 0.0;
-  for (const RingLevel& level : levels) {
+  for (std::size_t k = 0; k < alignment.levels.size(); ++k) {
+    const RingLevel& level = alignment.levels[k];
     const SwayPosterior::Place place = posterior.At(level.time_s);
     const auto sigma = [&](Index axis) {
-      const Index k = axis * n + static_cast<Index>(place.knot);
+      const Index at = axis * n + static_cast<Index>(place.knot);
       const Eigen::Vector2d by(1.0 - place.share, place.share);
-      return std::sqrt(std::max(0.0, by.dot(posterior.covariance.block<2, 2>(k, k) * by)));
+      return std::sqrt(std::max(0.0, by.dot(posterior.covariance.block<2, 2>(at, at) * by)));
     };
-    const SwayMotion motion = estimate.view == SwayView::kSeen ? posterior.MeanAt(level.time_s) : SwayMotion{};
-    estimate.levels.push_back(
-        {level.sweep, level.level, level.time_s, level.z, motion, {sigma(0), sigma(1), sigma(2), sigma(3), sigma(4)}});
-    removed += motion.At(level.z).squaredNorm();
+    estimate.levels.push_back({level.sweep,
+                               level.level,
+                               level.time_s,
+                               level.z,
+                               alignment.moved[k],
+                               {sigma(0), sigma(1), sigma(2), sigma(3), sigma(4)}});
+    removed += alignment.moved[k].At(level.z).squaredNorm();
   }
-  estimate.summary.removed_mm = std::sqrt(removed / static_cast<double>(levels.size()));
+  estimate.summary.removed_mm = std::sqrt(removed / static_cast<double>(alignment.levels.size()));
 }
 
 }  // namespace
 
-void FillSway(const std::vector<RingLevel>& levels, const SwayPosterior& posterior, SwayEstimate& estimate) {
-  FillLevels(levels, posterior, estimate);
+void FillSway(const SwayAlignment& alignment, SwayEstimate& estimate) {
+  FillLevels(alignment, estimate);
+  const SwayPosterior& posterior = alignment.posterior;
   const auto n = static_cast<Index>(posterior.times.size());
   SwaySummary& summary = estimate.summary;
   summary.scale = posterior.scale;
@@ -207,18 +183,19 @@ void FillSway(const std::vector<RingLevel>& levels, const SwayPosterior& posteri
   summary.sd_y = y[0];
   summary.range_y = y[1];
   summary.sd_yaw = OverTime(draws.middleRows(2 * n, n))[0];
-  const Sections sections = SectionsOf(levels, posterior);
+  const Sections sections = SectionsOf(alignment.levels, posterior);
   if (sections.heights.size() < 2) return;
   const MatrixXd by = SectionsByMotion(sections);
+  // What the mean of the sweeps is displaced by: of it, only what fixed sensors saw was taken out.
+  const VectorXd mean = by * posterior.mean;
+  const VectorXd out = alignment.common == CommonPart::kTakenOut ? mean : VectorXd::Zero(mean.size());
   SwayErrors errors;
   errors.heights = sections.heights;
-  errors.covariance = by * posterior.covariance * by.transpose();
+  errors.covariance = by * posterior.covariance * by.transpose() + (mean - out) * (mean - out).transpose();
   errors.covariance = (0.5 * (errors.covariance + errors.covariance.transpose())).eval();
   FillParameters(errors);
   summary.unremoved_mm = ShapeRms(sections.heights, by * draws);
-  summary.remaining_mm = estimate.view == SwayView::kSeen
-                             ? ShapeRms(sections.heights, by * (draws.colwise() - posterior.mean))
-                             : summary.unremoved_mm;
+  summary.remaining_mm = ShapeRms(sections.heights, (by * draws).colwise() - out);
   estimate.errors = std::move(errors);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "fitting/sway.h"
@@ -7,8 +8,24 @@
 
 namespace annulus {
 
-/// Fills levels, errors and the numbers of the summary that follow from the posterior. `estimate.view` is set: what was
-/// not seen was not moved back.
-void FillSway(const std::vector<RingLevel>& levels, const SwayPosterior& posterior, SwayEstimate& estimate);
+/// What becomes of the motion that all sweeps have in common at a height, as far as the posterior has a mean of it.
+enum class CommonPart {
+  kLeft,      ///< Differences of sweeps do not show it: the surface is the plain mean of the aligned sweeps.
+  kTakenOut,  ///< Fixed sensors saw it.
+};
+
+/// A scan, and how far its levels were moved.
+struct SwayAlignment {
+  std::vector<RingLevel> levels;
+  std::vector<SwayMotion> moved;  ///< By level.
+  SwayPosterior posterior;
+  CommonPart common = CommonPart::kLeft;
+  std::size_t sweeps = 0;
+  std::size_t compared = 0;    ///< Levels.
+  std::size_t references = 0;  ///< Readings of fixed sensors.
+};
+
+/// Fills levels, errors and the numbers of the summary that follow from the posterior.
+void FillSway(const SwayAlignment& alignment, SwayEstimate& estimate);
 
 }  // namespace annulus

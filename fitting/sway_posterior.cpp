@@ -271,7 +271,7 @@ class ScaleSearch {
     std::vector<Solved> solved;
     std::vector<double> logs;
     std::vector<double> values;
-    for (int k = -4; k <= 4; ++k) {
+    for (int k = -6; k <= 6; ++k) {
       Scales scales = likeliest;
       logs.push_back(std::log(likeliest.person) + 0.2 * k);
       scales.person = std::exp(logs.back());
