@@ -59,10 +59,10 @@ struct DriftState {
 
 /// Judges a history. Each sensor's offsets go through a Kalman filter (local level, innovations clipped at 4 sd, so
 /// that no single customer makes an alarm of the first two kinds); the deviations of all sensors from their baselines
-/// and from zero are taken apart into as few drifting sensors or boards as explain them (matching pursuit with the mean
-/// stencils), since a drifting sensor also shifts what is predicted for its neighbours. The newest scan is judged by
-/// itself too, offset and trend together. `boards`: first sensor and count of blocks that may drift as one; may be
-/// empty.
+/// and from zero are taken apart into as few drifting sensors, pairs, triples or boards as explain them (matching
+/// pursuit with the mean stencils), since a drifting sensor also shifts what is predicted for its neighbours. The
+/// newest scan is judged by itself too, offset and trend together. `boards`: first sensor and count of blocks that may
+/// drift as one; may be empty.
 [[nodiscard]] DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoard>& boards = {},
                                     const DriftRules& rules = {});
 
