@@ -203,8 +203,7 @@ std::vector<Evidence> NewestScan(const DriftRecord& record, const std::vector<Se
     offset.deviation.push_back(record.offset_mm[k] - (baseline ? sensors[k].baseline_mm : 0.0));
     offset.variance.push_back(VarianceOf(record.sigma_mm[k], rules) + sigma * sigma);
     trend.deviation.push_back(record.trend_mm_s[k]);
-    trend.variance.push_back(kScanSigmaFactor * kScanSigmaFactor * record.trend_sigma_mm_s[k] *
-                             record.trend_sigma_mm_s[k]);
+    trend.variance.push_back(record.trend_sigma_mm_s[k] * record.trend_sigma_mm_s[k]);
   }
   return {std::move(offset), std::move(trend)};
 }
@@ -287,6 +286,12 @@ DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoa
     return std::abs(a.drift_mm) > std::abs(b.drift_mm);
   });
   return state;
+}
+
+Result<DriftState> JudgeScanSoFar(DriftHistory history, const Scan& so_far, const DriftRules& rules) {
+  const auto added = history.Add(EstimateDrift(so_far));
+  if (!added) return Fail(added);
+  return JudgeDrift(history, so_far.header.machine.boards, rules);
 }
 
 }  // namespace annulus
