@@ -203,15 +203,17 @@ std::vector<Evidence> NewestScan(const DriftRecord& record, const std::vector<Se
     offset.deviation.push_back(record.offset_mm[k] - (baseline ? sensors[k].baseline_mm : 0.0));
     offset.variance.push_back(VarianceOf(record.sigma_mm[k], rules) + sigma * sigma);
     trend.deviation.push_back(record.trend_mm_s[k]);
-    trend.variance.push_back(kScanSigmaFactor * kScanSigmaFactor * record.trend_sigma_mm_s[k] *
-                             record.trend_sigma_mm_s[k]);
+    trend.variance.push_back(record.trend_sigma_mm_s[k] * record.trend_sigma_mm_s[k]);
   }
   return {std::move(offset), std::move(trend)};
 }
 
 std::vector<Block> BlocksOf(std::size_t sensors, const std::vector<RecordedBoard>& boards) {
   std::vector<Block> blocks;
-  for (std::size_t sensor = 0; sensor < sensors; ++sensor) blocks.push_back({sensor, 1});
+  // Two or three side by side hide each other: what is seen best is that those beside them seem to read shorter.
+  for (const std::size_t count : {std::size_t{1}, std::size_t{2}, std::size_t{3}}) {
+    for (std::size_t sensor = 0; sensor < sensors; ++sensor) blocks.push_back({sensor, count});
+  }
   for (const RecordedBoard& board : boards) {
     const bool part = board.sensor_count > 1 && board.sensor_count < sensors && board.first_sensor < sensors;
     if (part) blocks.push_back({board.first_sensor, board.sensor_count});
@@ -284,6 +286,12 @@ DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoa
     return std::abs(a.drift_mm) > std::abs(b.drift_mm);
   });
   return state;
+}
+
+Result<DriftState> JudgeScanSoFar(DriftHistory history, const Scan& so_far, const DriftRules& rules) {
+  const auto added = history.Add(EstimateDrift(so_far));
+  if (!added) return Fail(added);
+  return JudgeDrift(history, so_far.header.machine.boards, rules);
 }
 
 }  // namespace annulus

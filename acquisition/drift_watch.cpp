@@ -103,7 +103,9 @@ std::vector<Compared> ColumnOf(const ResidualField& field, const RingProfile& pr
     const std::size_t at = level * field.columns + column;
     if (std::isnan(field.value[at])) continue;
     const RingProfile::Level& where = profile.levels()[level];
-    cells.push_back({field.value[at], field.weight[at], where.z, where.time_s});
+    constexpr float kWeakest = 0.05F;
+    const double signal = std::max(profile.Column(column).signal[level], kWeakest);
+    cells.push_back({field.value[at], signal * field.weight[at], where.z, where.time_s});
   }
   return cells;
 }

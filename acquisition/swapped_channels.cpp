@@ -312,6 +312,8 @@ class PlacementSearch {
 
   [[nodiscard]] Evidence Try(const Candidate& candidate) const {
     Evidence evidence;
+    double left = 0.0;
+    double fits = 0.0;
     for (std::size_t k = 0; k < candidate.count; ++k) {
       const std::size_t a = candidate.a + k;
       const std::size_t b = candidate.b + k;
@@ -322,15 +324,21 @@ class PlacementSearch {
       // What one of the four lacks is left out of all, so that none is cheaper for having seen less.
       const Eigen::ArrayXd all = aa.array() + bb.array() + ab.array() + ba.array();
       const Eigen::ArrayXd kept = all.isFinite().cast<double>();
-      evidence.gain += Cost(aa, a, kept) + Cost(bb, b, kept) - Cost(ba, a, kept) - Cost(ab, b, kept);
+      const double after = Cost(ba, a, kept) + Cost(ab, b, kept);
+      evidence.gain += Cost(aa, a, kept) + Cost(bb, b, kept) - after;
+      left += after;
+      fits += kept.sum() + kMostLeft;
     }
-    return evidence;
+    // Two sensors that are wrong may fit better in each other's place without fitting there.
+    return left <= fits ? evidence : Evidence{};
   }
   void Exchange(const Candidate& candidate) {
     for (std::size_t k = 0; k < candidate.count; ++k) std::swap(channel_[candidate.a + k], channel_[candidate.b + k]);
   }
 
  private:
+  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square.
+
   static double Square(double number) { return number * number; }
   static double SlopeAt(const std::vector<double>& slopes, std::size_t place) {
     return slopes.empty() ? 0.0 : slopes[place];

@@ -156,7 +156,7 @@ class Checker {
   void JudgeExchanges() {
     SwapOptions options;
     options.boards = scan_.header.machine.boards;
-    options.offset_sigma_mm = limits_.sensor_mm;
+    options.offset_sigma_mm = 0.2;  // calibrated sensors; one that is further off does not fit in any place
     PlacementTolerance tolerance;
     tolerance.reading_sigma_mm = 0.1;
     tolerance.scale_sigma = 0.0;
@@ -232,25 +232,20 @@ Ray Turned(const RingCalibration& ring, std::size_t sensor, double z, double lat
 
 PlacementReadings PlacementOf(const Scan& scan, const CylinderPose& pose) {
   constexpr double kTurn = 1e-4;  // rad, for derivatives
-  constexpr double kPlausibleMm = 60.0;
   const RingCalibration& ring = scan.header.calibration;
   const std::size_t count = ring.sensors.size();
   PlacementReadings placement{std::vector<double>(count, kNone), std::vector<double>(count, kNone),
                               std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
-  // Exchanged sensors see the target on other levels only if it leaves their view; the middle level stands for all.
+  // Nothing is left out for lying far from the target: that is how exchanged boards look.
   std::vector<std::vector<double>> seen(count);
-  std::vector<double> heights;
   for (const ScanLevel& level : scan.levels) {
     for (std::size_t sensor = 0; sensor < std::min(count, level.readings.size()); ++sensor) {
-      const auto point = Calibrate(ring, sensor, level.readings[sensor]);
-      if (!point) continue;
-      const Eigen::Vector2d off = point->point.head<2>() - pose.AxisAt(point->point.z());
-      if (std::abs(off.norm() - pose.radius_mm) > kPlausibleMm) continue;
+      const double distance = ring.sensors[sensor].Distance(level.readings[sensor].range_mm);
+      if (!(std::isfinite(distance) && level.readings[sensor].range_mm > 0.0)) continue;
       // Brought to the middle height along the axis' lean.
       const auto here = CastOnCylinder(pose, ring.RayOf(sensor, level.readings[sensor].z_mm));
       const auto there = CastOnCylinder(pose, ring.RayOf(sensor, pose.z_reference_mm));
       if (!here || !there) continue;
-      const double distance = ring.sensors[sensor].Distance(level.readings[sensor].range_mm);
       seen[sensor].push_back(distance - here->distance_mm + there->distance_mm);
     }
   }

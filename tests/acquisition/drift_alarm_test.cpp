@@ -106,12 +106,14 @@ DriftEstimate Shifted(DriftEstimate estimate, std::size_t first, std::size_t cou
   return estimate;
 }
 
-TEST(DriftAlarm, NamesABoardThatDriftsAsOneAndEachOfTwoNeighbours) {
+TEST(DriftAlarm, NamesABoardOrTwoNeighboursThatDriftAsOneAndTwoThatDriftApart) {
   DriftHistory board = CleanHistory(12);
   DriftHistory pair = CleanHistory(12);
+  DriftHistory two = CleanHistory(12);
   for (std::uint64_t seed = 13; seed <= 22; ++seed) {
     ASSERT_TRUE(board.Add(Shifted(CleanEstimate(seed), 45, 15, 0.6)));
     ASSERT_TRUE(pair.Add(Shifted(Shifted(CleanEstimate(seed), 100, 1, 0.5), 101, 1, 0.5)));
+    ASSERT_TRUE(two.Add(Shifted(Shifted(CleanEstimate(seed), 100, 1, 0.5), 102, 1, -0.4)));
   }
   const DriftState of_board = JudgeDrift(board, Boards());
   ASSERT_EQ(of_board.alarms.size(), 1U);
@@ -119,10 +121,15 @@ TEST(DriftAlarm, NamesABoardThatDriftsAsOneAndEachOfTwoNeighbours) {
   EXPECT_EQ(of_board.alarms[0].count, 15U);
   EXPECT_NEAR(of_board.alarms[0].drift_mm, 0.6, 0.1);
   const DriftState of_pair = JudgeDrift(pair, Boards());
-  ASSERT_EQ(of_pair.alarms.size(), 2U);
-  for (const DriftAlarm& alarm : of_pair.alarms) {
-    EXPECT_TRUE(alarm.sensor == 100 || alarm.sensor == 101) << alarm.Text();
-    EXPECT_NEAR(alarm.drift_mm, 0.5, 0.15);
+  ASSERT_EQ(of_pair.alarms.size(), 1U);
+  EXPECT_EQ(of_pair.alarms[0].sensor, 100U);
+  EXPECT_EQ(of_pair.alarms[0].count, 2U);
+  EXPECT_NEAR(of_pair.alarms[0].drift_mm, 0.5, 0.15);
+  const DriftState of_two = JudgeDrift(two, Boards());
+  ASSERT_EQ(of_two.alarms.size(), 2U);
+  for (const DriftAlarm& alarm : of_two.alarms) {
+    EXPECT_EQ(alarm.count, 1U);
+    EXPECT_NEAR(alarm.drift_mm, alarm.sensor == 100 ? 0.5 : -0.4, 0.15);
   }
 }
 

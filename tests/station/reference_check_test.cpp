@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <random>
 
@@ -173,16 +174,19 @@ TEST(ReferenceCheck, RefusesWhatIsNotTheCylinder) {
 /// Calibration placements of a ring whose sensors are as they are built, and known only as they should be.
 std::vector<PlacementReadings> PlacementsOf(const RingCalibration& truth, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> gaussian;
+  std::uniform_real_distribution<double> uniform;
   std::vector<PlacementReadings> placements;
   const std::array<Eigen::Vector2d, 6> places{Eigen::Vector2d(0, 0),     Eigen::Vector2d(100, 0),
                                               Eigen::Vector2d(30, 95),   Eigen::Vector2d(-81, 59),
                                               Eigen::Vector2d(-81, -59), Eigen::Vector2d(31, -95)};
   for (const Eigen::Vector2d& place : places) {
     Column column;
-    column.foot = {place.x(), place.y(), 0.0};
-    const double lean = RadiansFromDegrees(7.0);
-    column.axis = Eigen::Vector3d(std::tan(lean) * gaussian(random), 0.5 * std::tan(lean), 1.0).normalized();
+    // Leaning by 5 to 10 degrees in some direction; in the middle of its height it stands at the place.
+    const double lean = std::tan(RadiansFromDegrees(5.0 + 5.0 * uniform(random)));
+    const double to = kTwoPi * uniform(random);
+    const Eigen::Vector3d slope(lean * std::cos(to), lean * std::sin(to), 1.0);
+    column.axis = slope.normalized();
+    column.foot = Eigen::Vector3d(place.x(), place.y(), 550.0) - 550.0 * slope;
     Scan scan = ScanOf(column, seed, truth);
     scan.header.calibration = RingCalibration::Ideal(600.0);
     std::vector<CylinderReturn> returns;
