@@ -193,6 +193,13 @@ void Describe(Codec& codec, std::size_t& count) {
 }
 
 template <class Codec>
+void Describe(Codec& codec, ReferenceBoardOptions& reference) {
+  codec.Number(reference.serial);
+  codec.Count(reference.channels);
+  for (std::uint8_t& channel : reference.channels) codec.Number(channel);
+}
+
+template <class Codec>
 void Describe(Codec& codec, UsbRangeRingOptions& options) {
   codec.Number(options.sensor_count);
   Describe(codec, options.first_sensors);
@@ -219,6 +226,12 @@ void Describe(Codec& codec, RingOpening& record) {
   codec.Flag(can);
   if (can != std::holds_alternative<CanRangeRingOptions>(record.options)) record.options = CanRangeRingOptions();
   std::visit([&](auto& options) { Describe(codec, options); }, record.options);
+  if (record.format == kFormatWithoutReference) return;
+  std::visit(
+      [&](auto& options) {
+        Optional(codec, options.reference, [&](ReferenceBoardOptions& reference) { Describe(codec, reference); });
+      },
+      record.options);
 }
 
 template <class Codec>

@@ -24,8 +24,10 @@ namespace annulus {
 /// newer format is refused.
 namespace bus_record {
 
-/// Of the encoding; told by the first record of a recording (RingOpening). A greater number can not be read.
-inline constexpr std::uint8_t kFormat = 1;
+/// Of the encoding; told by the first record of a recording (RingOpening). A greater number can not be read. Format 2
+/// is format 1 with a reference board; a ring without one is written in format 1.
+inline constexpr std::uint8_t kFormat = 2;
+inline constexpr std::uint8_t kFormatWithoutReference = 1;
 
 // RawChannel::kUsb ----------------------------------------------------------------------------------------------------
 
@@ -103,7 +105,7 @@ struct ModbusExchanged {
 
 /// The ring is about to be opened.
 struct RingOpening {
-  std::uint8_t format = kFormat;
+  std::uint8_t format = kFormatWithoutReference;  ///< OpenTappedRing sets it.
   std::variant<UsbRangeRingOptions, CanRangeRingOptions> options;
   std::uint8_t seams = 0;  ///< USB ports or CAN buses.
 };

@@ -24,7 +24,7 @@ class LevelPipeline {
   /// Borrows the list of boards. The plan must be valid.
   LevelPipeline(const std::vector<RingBoard>& boards, ScanPlan plan) : stamper_(boards), plan_(std::move(plan)) {}
 
-  /// Learns a board's clock.
+  /// Learns a board's clock (LevelStamper).
   Status AddBoardClock(std::size_t board, const ClockExchange& exchange) {
     return stamper_.AddBoardClock(board, exchange);
   }

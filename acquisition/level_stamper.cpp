@@ -1,6 +1,7 @@
 #include "acquisition/level_stamper.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "base/ensure.h"
@@ -14,9 +15,16 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kFutureAllowance = std::chrono::milliseconds(1);
 constexpr nanoseconds kOldest = std::chrono::seconds(1);
 
+/// Whether a level can have been so old when it arrived.
+bool IsPossible(nanoseconds age) { return age >= -kFutureAllowance && age <= kOldest; }
+
 }  // namespace
 
 Status LevelStamper::AddBoardClock(std::size_t board, const ClockExchange& exchange) {
+  if (board == board_clocks_.size()) {
+    if (reference_clock_ && !reference_clock_->Add(exchange)) reference_clock_.reset();
+    return {};
+  }
   Status added = board_clocks_[board].Add(exchange);
   if (added) return added;
   return Fail(added.error().attempted,
@@ -37,7 +45,7 @@ Status LevelStamper::AddLevel(RingLevel level) {
     const BoardStamp& stamp = level.boards[board];
     if (!stamp.present) continue;
     const nanoseconds age = stamp.host_arrival - HostTime(board, stamp.device_time);
-    if (age < -kFutureAllowance || age > kOldest) {
+    if (!IsPossible(age)) {
       return Fail("place level " + std::to_string(level.sequence) + " of the ring in time",
                   "ring board " + std::to_string(boards_[board].serial) + " stamps it " +
                       std::to_string(age.count() / 1000) + " us before its arrival",
@@ -97,7 +105,20 @@ ScanLevel LevelStamper::Stamp(const RingLevel& raw) const {
   for (RangeReading& reading : level.readings) {
     if (reading.range_mm != reading.range_mm) reading.quality = 0;
   }
+  StampReference(raw, level);
   return level;
+}
+
+void LevelStamper::StampReference(const RingLevel& raw, ScanLevel& level) const {
+  level.reference.assign(raw.reference_range_mm.size(), {std::numeric_limits<double>::quiet_NaN(), 0.0, 0});
+  if (!raw.reference.present || !reference_clock_ || !reference_clock_->ready()) return;
+  const nanoseconds time = reference_clock_->HostTime(raw.reference.device_time);
+  if (!IsPossible(raw.reference.host_arrival - time)) return;
+  level.reference_time = time;
+  for (std::size_t i = 0; i < level.reference.size(); ++i) {
+    level.reference[i].range_mm = raw.reference_range_mm[i];
+    level.reference[i].quality = raw.reference_quality[i];
+  }
 }
 
 double LevelStamper::WorstBound() const {

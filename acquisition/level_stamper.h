@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "acquisition/axis_track.h"
@@ -21,7 +22,8 @@ class LevelStamper {
   /// Borrows the list of boards.
   explicit LevelStamper(const std::vector<RingBoard>& boards) : boards_(boards), board_clocks_(boards.size()) {}
 
-  /// Learns a board's clock.
+  /// Learns a board's clock. Index boards().size(): the reference board's; if that makes no sense, what the board says
+  /// is used no more, and it is no failure.
   Status AddBoardClock(std::size_t board, const ClockExchange& exchange);
   /// Learns the drive's clock and the carriage's place. Only for fresh positions.
   Status AddPosition(const AxisPosition& position);
@@ -46,9 +48,12 @@ class LevelStamper {
  private:
   [[nodiscard]] bool Passed(const RingLevel& level) const;
   [[nodiscard]] ScanLevel Stamp(const RingLevel& level) const;
+  /// Puts the reference board's readings, with their time, into the level.
+  void StampReference(const RingLevel& raw, ScanLevel& level) const;
 
   const std::vector<RingBoard>& boards_;
   std::vector<ClockSync> board_clocks_;
+  std::optional<ClockSync> reference_clock_ = ClockSync();  ///< Nothing: it cannot be.
   ClockSync drive_clock_;
   AxisTrack track_;
   std::deque<RingLevel> waiting_;

@@ -108,7 +108,9 @@ class RecordingCollector final : public McapListener {
   void TakeLevel(const McapMessage& message) {
     recording_.report.levels_lost += message.sequence - next_sequence_;
     next_sequence_ = std::uint64_t{message.sequence} + 1;
-    auto level = LevelFromJson(message.data, recording_.scan.header.calibration.sensors.size());
+    const ScanHeader& header = recording_.scan.header;
+    auto level = LevelFromJson(message.data, header.calibration.sensors.size(),
+                               header.reference ? header.reference->sensors.size() : 0);
     if (!level) {
       ++recording_.report.levels_lost;
       return Note("level " + std::to_string(message.sequence) + " cannot be read: " + level.error());

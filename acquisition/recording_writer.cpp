@@ -87,6 +87,7 @@ struct RecordingWriter::State {
   DiskWriter* disk;  ///< The file of `mcap`, which owns it.
   McapWriter mcap;
   RingCalibration calibration;
+  std::size_t reference_count;
   ScanHasher hasher;
   std::string recording_id{};
   std::uint64_t levels = 0;
@@ -204,6 +205,7 @@ Result<RecordingWriter> RecordingWriter::Create(Storage& storage, const std::str
                                              .disk = borrowed,
                                              .mcap = McapWriter(std::move(disk), McapCompression::kZstd),
                                              .calibration = header.calibration,
+                                             .reference_count = header.reference ? header.reference->sensors.size() : 0,
                                              .hasher = ScanHasher(header)});
   RecordingWriter writer(std::move(state));
   if (Status started = writer.state_->Start(header, options.reserve_bytes); !started) {
@@ -217,6 +219,7 @@ Result<RecordingWriter> RecordingWriter::Create(Storage& storage, const std::str
 Status RecordingWriter::AppendLevel(const ScanLevel& level) {
   ENSURE(level.readings.size() == state_->calibration.sensors.size(), "a level has one reading per sensor");
   for (const RangeReading& reading : level.readings) ENSURE(std::isfinite(reading.z_mm), "a reading has a height");
+  ENSURE(level.reference.size() == state_->reference_count, "a level has one reading per reference sensor");
   RETURN_IF_ERROR(state_->Check());
   state_->Collect(RecordingChannel::kLevels, level.time, JsonFromLevel(level));
   state_->Collect(RecordingChannel::kPoints, level.time, PointCloudJson(state_->calibration, level));

@@ -197,7 +197,7 @@ Status Replay::State::Do(const NextLevelCalled& call) {
 }
 
 Status Replay::State::Do(const ReadClockCalled& call) {
-  if (call.board >= ring->boards().size()) {
+  if (call.board >= ring->boards().size() + (ring->reference() != nullptr ? 1 : 0)) {
     return Fail(kAttempted,
                 "a clock was read of board " + std::to_string(call.board) + ", which the ring does not have",
                 "the recording is damaged; use 'annulus recover'");

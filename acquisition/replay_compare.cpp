@@ -131,6 +131,20 @@ void ReplayComparer::CompareReadings(const ScanLevel& recorded, const ScanLevel&
       differ(i, "quality", std::to_string(was.quality), std::to_string(is.quality));
     }
   }
+  if (recorded.reference_time != replayed.reference_time) {
+    differ({}, "reference_time_ns", std::to_string(recorded.reference_time.count()),
+           std::to_string(replayed.reference_time.count()));
+  }
+  if (recorded.reference.size() != replayed.reference.size()) {
+    differ({}, "reference sensors", std::to_string(recorded.reference.size()),
+           std::to_string(replayed.reference.size()));
+  }
+  for (std::size_t i = 0; i < std::min(recorded.reference.size(), replayed.reference.size()); ++i) {
+    const RangeReading& was = recorded.reference[i];
+    const RangeReading& is = replayed.reference[i];
+    if (SameBits(was.range_mm, is.range_mm) && was.quality == is.quality) continue;
+    differ(i, "reference_range_mm", NumberText(was.range_mm), NumberText(is.range_mm));
+  }
   if (first) return Differ(std::move(*first));
   ++comparison_.identical_levels;
 }

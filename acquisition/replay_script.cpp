@@ -1,12 +1,15 @@
 #include "acquisition/replay_script.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "firmware_iface/canopen.h"
 #include "firmware_iface/range_ring.h"
+#include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
 namespace {
@@ -24,15 +27,20 @@ bool IsTime(nanoseconds time) { return time >= nanoseconds(0) && time <= kLatest
 bool IsDuration(nanoseconds took) { return took >= nanoseconds(0) && took <= kLongestCall; }
 bool IsWait(nanoseconds wait) { return wait >= nanoseconds(0) && wait <= kLongestWait; }
 
+bool IsSane(const std::optional<ReferenceBoardOptions>& reference) {
+  return !reference || std::all_of(reference->channels.begin(), reference->channels.end(),
+                                   [](std::uint8_t channel) { return channel < kSensorsPerBoard; });
+}
 bool IsSane(const UsbRangeRingOptions& options) {
   constexpr std::size_t kMostTransfers = 1024;
   return IsWait(options.control_timeout) && options.sensor_count > 0 && options.transfers_per_board > 0 &&
-         options.transfers_per_board <= kMostTransfers;
+         options.transfers_per_board <= kMostTransfers && IsSane(options.reference);
 }
 bool IsSane(const CanRangeRingOptions& options) {
   const bool heartbeat = options.heartbeat >= std::chrono::milliseconds(1) && options.heartbeat < kLongestWait;
   return IsWait(options.boot_deadline) && heartbeat && IsWait(options.sdo_timeout) && options.sensor_count > 0 &&
-         options.board_count > 0 && options.board_count <= kLastNodeId;
+         options.board_count > 0 && options.board_count + (options.reference ? 1 : 0) <= kLastNodeId &&
+         IsSane(options.reference);
 }
 
 /// Whether what a record tells can be calculated with: its checksum does not say who wrote it.

@@ -19,7 +19,25 @@ void Put(std::string& out, Number number) {
   out.append(raw, sizeof raw);
 }
 
+void PutReading(std::string& out, const RangeReading& reading) {
+  Put(out, reading.z_mm);
+  Put(out, std::isfinite(reading.range_mm) ? reading.range_mm : std::numeric_limits<double>::quiet_NaN());
+  Put(out, reading.quality);
+}
+
 void Update(Sha256& hash, const std::string& bytes) { hash.Update(std::as_bytes(std::span(bytes))); }
+
+/// What a plain calibration does not have.
+void PutBeyondPlain(std::string& bytes, const RingCalibration& calibration) {
+  for (const SensorCalibration& sensor : calibration.sensors) Put(bytes, sensor.range_quadratic);
+  const RingPose& pose = calibration.pose;
+  for (const double number : {pose.x_mm, pose.y_mm, pose.tilt_x, pose.tilt_y}) Put(bytes, number);
+  const CarriagePath& carriage = calibration.carriage;
+  for (const double number : {carriage.position_scale, carriage.slope_x, carriage.slope_y}) Put(bytes, number);
+  for (const auto* numbers : {&carriage.knots_z_mm, &carriage.x_mm, &carriage.y_mm}) {
+    for (const double number : *numbers) Put(bytes, number);
+  }
+}
 
 /// Distance along `ray` at which it passes closest to the ring's axis, mm; infinite for a ray parallel to the axis.
 double DistanceToAxis(const Ray& ray) {
@@ -80,6 +98,13 @@ ScanHasher::ScanHasher(const ScanHeader& header) {
       Put(bytes, number);
     }
   }
+  if (!header.calibration.IsPlain()) PutBeyondPlain(bytes, header.calibration);
+  if (header.reference) {
+    Put(bytes, static_cast<std::uint32_t>(header.reference->sensors.size()));
+    for (const ReferenceSensor& sensor : header.reference->sensors) {
+      for (const double number : {sensor.theta, sensor.distance_mm, sensor.height_mm, sensor.aim}) Put(bytes, number);
+    }
+  }
   Update(hash_, bytes);
 }
 
@@ -88,11 +113,9 @@ void ScanHasher::Add(const ScanLevel& level) {
   Put(bytes, level.sweep);
   Put(bytes, level.index);
   Put(bytes, static_cast<std::int64_t>(level.time.count()));
-  for (const RangeReading& reading : level.readings) {
-    Put(bytes, reading.z_mm);
-    Put(bytes, std::isfinite(reading.range_mm) ? reading.range_mm : std::numeric_limits<double>::quiet_NaN());
-    Put(bytes, reading.quality);
-  }
+  for (const RangeReading& reading : level.readings) PutReading(bytes, reading);
+  if (!level.reference.empty()) Put(bytes, static_cast<std::int64_t>(level.reference_time.count()));
+  for (const RangeReading& reading : level.reference) PutReading(bytes, reading);
   Update(hash_, bytes);
 }
 

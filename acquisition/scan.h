@@ -3,9 +3,11 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/reference_sensor.h"
 #include "base/ring_calibration.h"
 #include "base/surface_sample.h"
 
@@ -24,6 +26,10 @@ struct ScanLevel {
   std::uint16_t sweep = 0;
   std::chrono::nanoseconds time{0};    ///< Host clock of the level's SYNC; 0 where unknown.
   std::vector<RangeReading> readings;  ///< One per sensor of the ring.
+  /// One per reference sensor, as ScanHeader::reference lists them; empty without them. Their z_mm is 0: they stand
+  /// still, and where is in the header.
+  std::vector<RangeReading> reference{};
+  std::chrono::nanoseconds reference_time{0};  ///< Host clock when they fired; 0: nothing came of them.
 };
 
 /// A board of the ring as a recording names it.
@@ -37,6 +43,15 @@ struct RecordedBoard {
   bool operator==(const RecordedBoard&) const = default;
 };
 
+/// The sensors beside the ring, and the board that they hang on.
+struct RecordedReference {
+  std::uint32_t board = 0;               ///< Serial number.
+  std::string firmware_version;          ///< "major.minor.patch"; "" if the board was not there.
+  std::vector<ReferenceSensor> sensors;  ///< In the order of ScanLevel::reference.
+
+  bool operator==(const RecordedReference&) const = default;
+};
+
 /// The machine that took a scan: who was connected, with which versions and limits. Empty for imported scans.
 struct RecordedMachine {
   std::string ring_bus;               ///< "usb", "can", "sim"; "" where unknown.
@@ -48,7 +63,8 @@ struct RecordedMachine {
   double axis_z_max_mm = 0.0;
   double axis_max_speed_mm_s = 0.0;
   double axis_max_acceleration_mm_s2 = 0.0;
-  double level_rate_hz = 0.0;  ///< SYNC edges per second; 0 where unknown.
+  double level_rate_hz = 0.0;                ///< SYNC edges per second; 0 where unknown.
+  std::optional<double> ring_temperature_c;  ///< Mean of the boards before the scan, degrees Celsius; nothing: unknown.
 
   bool operator==(const RecordedMachine&) const = default;
 };
@@ -68,6 +84,7 @@ struct ScanHeader {
   std::uint64_t seed = 0;          ///< Of a simulated scan.
   std::int64_t wall_start_ns = 0;  ///< Wall clock of the start, ns since 1970; 0 where unknown.
   RecordedMachine machine;
+  std::optional<RecordedReference> reference{};  ///< Nothing: there were none.
 };
 
 /// A whole scan in memory: what a recording holds, what import makes and export writes.

@@ -24,19 +24,21 @@ struct GateAnswer {
   Status consent;    ///< And has consented to it.
   Status store;      ///< The store takes the scan's record.
   Status reference;  ///< The ring's reference check is not too old and was good.
+  Status calibration;  ///< The ring's calibration is there, whole, of these boards and not expired, or not needed.
 };
 
 /// The scanner's view of customers, store and reference check. Called from the worker thread; may take a second.
 class ScanGate {
  public:
   virtual ~ScanGate() = default;
-  virtual GateAnswer Ask(const ArmRequest& request) = 0;
+  /// `machine`: what is connected now.
+  virtual GateAnswer Ask(const ArmRequest& request, const RecordedMachine& machine) = 0;
 };
 
 /// Lets everything pass: for simulated booths, and until store and reference check exist.
 class PermissiveGate final : public ScanGate {
  public:
-  GateAnswer Ask(const ArmRequest&) override { return {}; }
+  GateAnswer Ask(const ArmRequest&, const RecordedMachine&) override { return {}; }
 };
 
 }  // namespace annulus

@@ -7,6 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "acquisition/calibration_json.h"
+#include "acquisition/reference_json.h"
+
 namespace annulus {
 namespace {
 
@@ -15,22 +18,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint32_t kFormatVersion = 1;
 constexpr std::size_t kMaxSensors = 65'536;
 constexpr double kMaxLengthMm = 100'000.0;
-
-/// A number of SensorCalibration, its key in the header, and the largest magnitude that is believed.
-struct SensorField {
-  const char* key;
-  double SensorCalibration::*member;
-  double limit;
-};
-constexpr std::array kSensorFields{
-    SensorField{"theta_rad", &SensorCalibration::theta, 100.0},
-    SensorField{"radius_mm", &SensorCalibration::radius_mm, kMaxLengthMm},
-    SensorField{"range_offset_mm", &SensorCalibration::range_offset_mm, kMaxLengthMm},
-    SensorField{"range_scale", &SensorCalibration::range_scale, 100.0},
-    SensorField{"aim_lateral_rad", &SensorCalibration::aim_lateral, kPi},
-    SensorField{"aim_vertical_rad", &SensorCalibration::aim_vertical, kPi},
-    SensorField{"height_mm", &SensorCalibration::height_mm, kMaxLengthMm},
-};
 
 /// A text of ScanHeader and its key.
 struct TextField {
@@ -94,35 +81,6 @@ const Json* ArrayAt(const Json& json, const char* key, std::size_t size) {
   return &*found;
 }
 
-tl::expected<RingCalibration, std::string> CalibrationFromJson(const Json& json) {
-  const auto serial = TextAt(json, "ring_serial");
-  if (!serial) return Wrong("ring_serial");
-  const auto first = json.find(kSensorFields[0].key);
-  if (first == json.end() || !first->is_array() || first->size() > kMaxSensors) return Wrong(kSensorFields[0].key);
-  RingCalibration calibration;
-  calibration.ring_serial = *serial;
-  calibration.sensors.resize(first->size());
-  for (const SensorField& field : kSensorFields) {
-    const Json* numbers = ArrayAt(json, field.key, calibration.sensors.size());
-    if (numbers == nullptr) return Wrong(field.key);
-    for (std::size_t i = 0; i < numbers->size(); ++i) {
-      if (!(*numbers)[i].is_number()) return Wrong(field.key);
-      calibration.sensors[i].*field.member = (*numbers)[i].get<double>();
-    }
-  }
-  return calibration;
-}
-
-Json JsonFromCalibration(const RingCalibration& calibration) {
-  Json json{{"ring_serial", calibration.ring_serial}};
-  for (const SensorField& field : kSensorFields) {
-    Json numbers = Json::array();
-    for (const SensorCalibration& sensor : calibration.sensors) numbers.push_back(sensor.*field.member);
-    json[field.key] = std::move(numbers);
-  }
-  return json;
-}
-
 /// A number of RecordedMachine and its key.
 struct MachineField {
   const char* key;
@@ -135,6 +93,8 @@ constexpr std::array kMachineFields{
     MachineField{"axis_max_acceleration_mm_s2", &RecordedMachine::axis_max_acceleration_mm_s2},
     MachineField{"level_rate_hz", &RecordedMachine::level_rate_hz},
 };
+
+constexpr const char* kRingTemperature = "ring_temperature_c";
 
 Json JsonFromMachine(const RecordedMachine& machine) {
   Json boards = Json::array();
@@ -151,6 +111,7 @@ Json JsonFromMachine(const RecordedMachine& machine) {
             {"axis_protocol_version", machine.axis_protocol_version},
             {"axis_firmware_version", machine.axis_firmware_version}};
   for (const MachineField& field : kMachineFields) json[field.key] = machine.*field.member;
+  if (machine.ring_temperature_c) json[kRingTemperature] = *machine.ring_temperature_c;
   return json;
 }
 
@@ -186,6 +147,10 @@ tl::expected<RecordedMachine, std::string> MachineFromJson(const Json& json) {
     const auto number = NumberAt(json, field.key);
     if (!number) return Wrong(field.key);
     machine.*field.member = *number;
+  }
+  if (json.contains(kRingTemperature)) {
+    machine.ring_temperature_c = NumberAt(json, kRingTemperature);
+    if (!machine.ring_temperature_c) return Wrong(kRingTemperature);
   }
   machine.ring_bus = std::move(*ring_bus);
   machine.axis_serial = *axis_serial;
@@ -249,16 +214,14 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
   if (!(header.ring_radius_mm > 0.0 && header.ring_radius_mm <= kMaxLengthMm)) return Wrong("ring_radius_mm");
   const auto& sensors = header.calibration.sensors;
   if (sensors.empty() || sensors.size() > kMaxSensors) return Wrong("calibration");
-  for (const SensorCalibration& sensor : sensors) {
-    for (const SensorField& field : kSensorFields) {
-      if (!(std::abs(sensor.*field.member) <= field.limit)) return Wrong(field.key);
-    }
-    if (sensor.radius_mm <= 0.0) return Wrong("radius_mm");
+  if (const auto checked = CheckCalibration(header.calibration); !checked) {
+    return tl::unexpected<std::string>(checked.error());
   }
   for (const MachineField& field : kMachineFields) {
     if (!std::isfinite(header.machine.*field.member)) return Wrong(field.key);
   }
-  return {};
+  if (!std::isfinite(header.machine.ring_temperature_c.value_or(0.0))) return Wrong(kRingTemperature);
+  return header.reference ? CheckReference(*header.reference) : tl::expected<void, std::string>();
 }
 
 std::string JsonFromHeader(const ScanHeader& header) {
@@ -269,6 +232,7 @@ std::string JsonFromHeader(const ScanHeader& header) {
   json["ring_radius_mm"] = header.ring_radius_mm;
   json["calibration"] = JsonFromCalibration(header.calibration);
   if (header.machine != RecordedMachine{}) json["machine"] = JsonFromMachine(header.machine);
+  if (header.reference) json["reference"] = JsonFromReference(*header.reference);
   return Dump(json);
 }
 
@@ -302,6 +266,11 @@ tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {
     if (!parsed) return tl::unexpected<std::string>(parsed.error());
     header.machine = std::move(*parsed);
   }
+  if (const auto reference = json->find("reference"); reference != json->end()) {
+    auto parsed = ReferenceFromJson(*reference);
+    if (!parsed) return tl::unexpected<std::string>(parsed.error());
+    header.reference = std::move(*parsed);
+  }
   header.format_version = *version;
   header.seed = *seed;
   header.wall_start_ns = *wall_start;
@@ -317,10 +286,12 @@ std::string JsonFromLevel(const ScanLevel& level) {
   PutReadings(out, "range_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.range_mm); });
   PutReadings(out, "z_mm", level, [&](const RangeReading& reading) { PutNumber(out, reading.z_mm); });
   PutReadings(out, "quality", level, [&](const RangeReading& reading) { out += std::to_string(reading.quality); });
+  AppendReferenceJson(level, out);
   return out + '}';
 }
 
-tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::size_t sensor_count) {
+tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::size_t sensor_count,
+                                                   std::size_t reference_count) {
   const auto json = ParseObject(text);
   if (!json) return tl::unexpected<std::string>(json.error());
   const auto index = IntegerAt<std::uint32_t>(*json, "level");
@@ -347,6 +318,10 @@ tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view text, std::s
     if (range.is_number()) reading.range_mm = range.get<double>();
     reading.z_mm = (*heights)[i].get<double>();
     reading.quality = quality.get<std::uint8_t>();
+  }
+  if (reference_count == 0) return level;
+  if (const auto read = TakeReferenceJson(*json, reference_count, level); !read) {
+    return tl::unexpected<std::string>(read.error());
   }
   return level;
 }

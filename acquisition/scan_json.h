@@ -19,8 +19,9 @@ tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view json);
 tl::expected<void, std::string> CheckHeader(const ScanHeader& header);
 
 [[nodiscard]] std::string JsonFromLevel(const ScanLevel& level);
-/// A level with exactly `sensor_count` readings.
-tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view json, std::size_t sensor_count);
+/// A level with exactly `sensor_count` readings, and `reference_count` of reference sensors.
+tl::expected<ScanLevel, std::string> LevelFromJson(std::string_view json, std::size_t sensor_count,
+                                                   std::size_t reference_count = 0);
 
 [[nodiscard]] std::string JsonFromAxisPoint(const AxisPoint& point);
 tl::expected<AxisPoint, std::string> AxisPointFromJson(std::string_view json);

@@ -170,6 +170,32 @@ ScanPlan BodyPlan(double height_mm) {
   return plan;
 }
 
+/// A target of about a metre on the floor or on a stand: down and up over the same levels, so that a target that moved,
+/// or a carriage with play, shows. About 40 s with all travel.
+ScanPlan TargetPlan() {
+  ScanPlan plan;
+  plan.profile = "target";
+  plan.of_target = true;
+  plan.z_top_mm = 1150.0;
+  plan.z_bottom_mm = 150.0;
+  plan.pitch_mm = 5.0;
+  plan.speed_mm_s = 100.0;
+  plan.sweeps = 2;
+  plan.level_rate_hz = 20.0;
+  return plan;
+}
+
+/// The same as one sweep so fine that the height of a step's edge is found.
+ScanPlan FineTargetPlan() {
+  ScanPlan plan = TargetPlan();
+  plan.profile = "target_fine";
+  plan.pitch_mm = 1.0;
+  plan.speed_mm_s = 40.0;
+  plan.sweeps = 1;
+  plan.level_rate_hz = 40.0;
+  return plan;
+}
+
 }  // namespace
 
 std::uint32_t ScanPlan::interleave() const {
@@ -241,7 +267,9 @@ Result<ScanPlan> BuiltInPlan(const std::string& profile, std::optional<Millimetr
     plan.dwell_s = 20.0;
     return plan;
   }
-  return Fail(attempted, "no such built-in profile", "use body, torso, head or breath");
+  if (profile == "target") return TargetPlan();
+  if (profile == "target_fine") return FineTargetPlan();
+  return Fail(attempted, "no such built-in profile", "use body, torso, head, breath, target or target_fine");
 }
 
 PlanCheck ValidatePlan(const ScanPlan& plan, const AxisLimits& axis, const RingLimits& ring) {
@@ -249,14 +277,15 @@ PlanCheck ValidatePlan(const ScanPlan& plan, const AxisLimits& axis, const RingL
 }
 
 std::string PlanJson(const ScanPlan& plan) {
-  const nlohmann::ordered_json json{{"profile", plan.profile},
-                                    {"z_top_mm", plan.z_top_mm},
-                                    {"z_bottom_mm", plan.z_bottom_mm},
-                                    {"pitch_mm", plan.pitch_mm},
-                                    {"speed_mm_s", plan.speed_mm_s},
-                                    {"sweeps", plan.sweeps},
-                                    {"level_rate_hz", plan.level_rate_hz},
-                                    {"dwell_s", plan.dwell_s}};
+  nlohmann::ordered_json json{{"profile", plan.profile},
+                              {"z_top_mm", plan.z_top_mm},
+                              {"z_bottom_mm", plan.z_bottom_mm},
+                              {"pitch_mm", plan.pitch_mm},
+                              {"speed_mm_s", plan.speed_mm_s},
+                              {"sweeps", plan.sweeps},
+                              {"level_rate_hz", plan.level_rate_hz},
+                              {"dwell_s", plan.dwell_s}};
+  if (plan.of_target) json["of_target"] = true;
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -279,6 +308,7 @@ Result<ScanPlan> PlanFromJson(const std::string& text) {
   const bool complete = read("z_top_mm", plan.z_top_mm) && read("z_bottom_mm", plan.z_bottom_mm) &&
                         read("pitch_mm", plan.pitch_mm) && read("speed_mm_s", plan.speed_mm_s) &&
                         read("level_rate_hz", plan.level_rate_hz) && read("dwell_s", plan.dwell_s);
+  plan.of_target = json.value("of_target", nlohmann::json()) == true;
   const auto sweeps = json.find("sweeps");
   if (!complete || sweeps == json.end() || !sweeps->is_number_unsigned()) return wrong("a number is missing or wrong");
   plan.sweeps = static_cast<std::uint32_t>(std::min<std::uint64_t>(sweeps->get<std::uint64_t>(), kMostSweeps + 1));

@@ -17,14 +17,26 @@ namespace {
 constexpr std::size_t kFewestSensors = 24;
 constexpr double kLowestRow = 5.0;  // mm, of the coverage map
 
-/// The pitch of a recorded plan, mm; 0 where it is not known.
-double PitchOf(const std::string& plan_json) {
+/// What a recorded plan says that matters here.
+struct PlanFacts {
+  double pitch_mm = 0.0;   ///< 0 where it is not known.
+  bool of_target = false;  ///< A calibration target: nobody is judged.
+};
+PlanFacts FactsOf(const std::string& plan_json) {
+  PlanFacts facts;
   const auto plan = nlohmann::json::parse(plan_json, nullptr, false);
-  if (!plan.is_object()) return 0.0;
+  if (!plan.is_object()) return facts;
+  facts.of_target = plan.value("of_target", nlohmann::json()) == true;
   const auto pitch = plan.find("pitch_mm");
-  if (pitch == plan.end() || !pitch->is_number()) return 0.0;
+  if (pitch == plan.end() || !pitch->is_number()) return facts;
   const auto value = pitch->get<double>();
-  return std::isfinite(value) && value > 0.0 && value < 1000.0 ? value : 0.0;
+  if (std::isfinite(value) && value > 0.0 && value < 1000.0) facts.pitch_mm = value;
+  return facts;
+}
+
+/// Whether a notice makes sense of a target, which need not fill the ring and wears nothing.
+bool ConcernsTargets(const QualityNotice& notice) {
+  return notice.code == NoticeCode::kSensorsStuck || notice.code == NoticeCode::kNoise;
 }
 
 /// The pitch as it turned out: the median distance of neighbouring levels of a sweep.
@@ -42,7 +54,7 @@ double MeasuredPitch(const QualityGrid& grid) {
 
 struct QualityMonitor::State {
   explicit State(const ScanHeader& header)
-      : grid(header.calibration), watch(grid.columns()), plan_pitch(PitchOf(header.plan_json)) {}
+      : grid(header.calibration), watch(grid.columns()), plan(FactsOf(header.plan_json)) {}
 
   [[nodiscard]] bool judged() const { return grid.columns() >= kFewestSensors && !grid.levels().empty(); }
   /// Sensors of which `test` holds, ascending.
@@ -67,7 +79,7 @@ struct QualityMonitor::State {
   QualityGrid grid;
   SensorWatch watch;
   LeftWatch left;
-  double plan_pitch = 0.0;
+  PlanFacts plan;
   std::size_t levels = 0;
 };
 
@@ -93,10 +105,12 @@ LiveQuality QualityMonitor::live() const {
   const auto last = state_->grid.Radii(state_->grid.levels().size() - 1);
   const auto seen = std::count_if(last.begin(), last.end(), [](float r) { return r > 0.0F; });
   live.seen_share = static_cast<double>(seen) / static_cast<double>(last.size());
-  live.dead = state_->Sensors([](const SensorQuality& sensor) { return sensor.dead; });
+  if (!state_->plan.of_target) {
+    live.dead = state_->Sensors([](const SensorQuality& sensor) { return sensor.dead; });
+    live.left = state_->left.left().has_value();
+  }
   live.stuck = state_->Sensors([](const SensorQuality& sensor) { return sensor.stuck; });
   live.sensors_verdict = JudgeDeadSensors(live.dead, state_->grid.columns());
-  live.left = state_->left.left().has_value();
   return live;
 }
 
@@ -106,7 +120,7 @@ ScanQuality QualityMonitor::Assess() const {
   quality.levels = state.levels;
   quality.verdict = QualityVerdict::kUsable;
   if (!state.judged()) return quality;
-  const double pitch = state.plan_pitch > 0.0 ? state.plan_pitch : MeasuredPitch(state.grid);
+  const double pitch = state.plan.pitch_mm > 0.0 ? state.plan.pitch_mm : MeasuredPitch(state.grid);
   quality.map = MapCoverage(state.grid, std::max(kLowestRow, pitch));
   quality.coverage = CoverageOf(quality.map);
   quality.gaps = RegionsOf(quality.map, CoverageCell::kGap, {});
@@ -118,11 +132,16 @@ ScanQuality QualityMonitor::Assess() const {
   for (std::size_t column = 0; column < state.grid.columns(); ++column) {
     quality.sensors[state.grid.SensorOf(column)] = state.watch.quality()[column];
   }
-  quality.sensors_verdict =
-      JudgeDeadSensors(state.Sensors([](const SensorQuality& sensor) { return sensor.dead; }), state.grid.columns());
+  if (!state.plan.of_target) {
+    quality.sensors_verdict =
+        JudgeDeadSensors(state.Sensors([](const SensorQuality& sensor) { return sensor.dead; }), state.grid.columns());
+  }
   const std::vector<ComparedLevel> compared = CompareSweeps(state.grid);
   quality.motion = MotionOf(state.grid, compared);
   quality.notices = FindNotices(state.grid, compared, state.left, quality);
+  if (state.plan.of_target) {
+    std::erase_if(quality.notices, [](const QualityNotice& notice) { return !ConcernsTargets(notice); });
+  }
   quality.verdict = QualityVerdict::kGood;
   for (const QualityNotice& notice : quality.notices) quality.verdict = std::max(quality.verdict, notice.verdict);
   return quality;

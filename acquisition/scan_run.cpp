@@ -44,6 +44,7 @@ class ScanRun {
         pipeline_(ring_.boards(), plan),
         period_(FromSeconds(1.0 / plan.level_rate_hz)) {
     summary_.planned_levels = plan.TotalLevels();
+    if (ring_.reference() != nullptr) summary_.reference_levels = 0;
   }
 
   Status Perform();
@@ -82,6 +83,10 @@ class ScanRun {
   /// A pause, then a look at the axis and at a board's clock: the more of them, the better the clocks are known.
   Status Watch();
   Status ReadBoardClock();
+  /// Clocks that are read in turn: the reference board's too, while it reads.
+  [[nodiscard]] std::size_t Clocks() const;
+  /// Notes, once, that the reference board gives no readings.
+  Status NoteReference();
   /// Takes the ring's next level into the pipeline and hands on what is complete.
   Status TakeLevel(RingLevel level);
   Status HandOn();
@@ -199,9 +204,10 @@ Status ScanRun::WaitForRest(nanoseconds deadline, const char* what) {
 
 Status ScanRun::StartRing() {
   RETURN_IF_ERROR(ring_.Start(Hertz(plan_.level_rate_hz)));
-  for (std::size_t i = 0; i < kClockReadings * ring_.boards().size(); ++i) {
+  const std::size_t clocks = Clocks();
+  for (std::size_t i = 0; i < kClockReadings * clocks; ++i) {
     RETURN_IF_ERROR(ReadBoardClock());
-    if (i % ring_.boards().size() == 0) RETURN_IF_ERROR(SampleAxis());
+    if (i % clocks == 0) RETURN_IF_ERROR(SampleAxis());
   }
   next_due_ = clock_.Now() + 2 * period_;
   return {};
@@ -225,12 +231,26 @@ Status ScanRun::Watch() {
 
 Status ScanRun::ReadBoardClock() {
   const auto exchange = ring_.ReadClock(next_board_);
-  if (!exchange) return Fail(exchange);
-  if (const Status added = pipeline_.AddBoardClock(next_board_, *exchange); !added) {
-    return BadStamps(StampSource::kBoard, added);
+  if (!exchange && next_board_ < ring_.boards().size()) return Fail(exchange);
+  if (exchange) {
+    const Status added = pipeline_.AddBoardClock(next_board_, *exchange);
+    if (!added) return BadStamps(StampSource::kBoard, added);
   }
-  next_board_ = (next_board_ + 1) % ring_.boards().size();
-  return {};
+  next_board_ = (next_board_ + 1) % Clocks();
+  return NoteReference();
+}
+
+std::size_t ScanRun::Clocks() const {
+  const ReferenceBoard* reference = ring_.reference();
+  return ring_.boards().size() + (reference != nullptr && reference->trouble.empty() ? 1 : 0);
+}
+
+Status ScanRun::NoteReference() {
+  const ReferenceBoard* reference = ring_.reference();
+  if (reference == nullptr || reference->trouble.empty() || !summary_.reference_trouble.empty()) return {};
+  summary_.reference_trouble = reference->trouble;
+  return Note("reference board " + std::to_string(reference->serial) +
+              " gives no readings, the scan goes on without: " + reference->trouble);
 }
 
 Status ScanRun::Step() {
@@ -262,6 +282,7 @@ Status ScanRun::HandOn() {
       ++(std::isfinite(reading.range_mm) ? summary_.returns : summary_.no_returns);
     }
     if (summary_.levels == 0) summary_.start = level.time;
+    if (summary_.reference_levels && level.reference_time != nanoseconds(0)) ++*summary_.reference_levels;
     RETURN_IF_ERROR(sink_.AppendLevel(level));
     ++summary_.levels;
     task_.Report("scan", summary_.levels, summary_.planned_levels);
@@ -393,7 +414,10 @@ std::string ScanSummary::BriefReport() const {
                 cancelled ? "cancelled" : "finished", levels, planned_levels, missing_levels,
                 static_cast<unsigned long long>(returns), static_cast<unsigned long long>(no_returns),
                 static_cast<unsigned long long>(ring.lost_frames), static_cast<double>((end - start).count()) * 1e-9);
-  return text;
+  std::string report = text;
+  if (reference_levels) report += ", reference sensors in " + std::to_string(*reference_levels) + " levels";
+  if (!reference_trouble.empty()) report += " (" + reference_trouble + ")";
+  return report;
 }
 
 Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, ScanSink& sink, Clock& clock,

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,9 @@ struct ScanSummary {
   std::uint64_t no_returns = 0;       ///< Readings that are none.
   RingCounters ring;                  ///< Lost and rejected frames.
   double worst_clock_bound_us = 0.0;  ///< Largest bound of a board's or the drive's clock, us.
+  /// With reference sensors: levels of which their board said something, and why it ended ("": it did not).
+  std::optional<std::uint32_t> reference_levels;
+  std::string reference_trouble;
 
   /// One line for people.
   [[nodiscard]] std::string BriefReport() const;
@@ -39,7 +43,8 @@ struct ScanSummary {
 ///     check ring -> enable -> home -> for each sweep: go to its start, wait for the right SYNC, sweep -> disable
 ///
 /// The ring must be idle and the axis disabled; both are so again afterwards, whatever happens. Each board's stamp is
-/// brought to the host's clock and each reading gets the carriage's height at its own time. A stop request is a
+/// brought to the host's clock and each reading gets the carriage's height at its own time. What becomes of a reference
+/// board is noted as an event, and the scan goes on. A stop request is a
 /// controlled stop: axis at rest and disabled, data kept, summary.cancelled. A device's or the sink's error is a
 /// quick stop; the Error says what to do. Fails before anything moves if the plan is not valid as it is.
 Result<ScanSummary> RunScan(RangeRing& ring, ScanAxis& axis, const ScanPlan& plan, ScanSink& sink, Clock& clock,

@@ -227,6 +227,8 @@ ScannerStatus Scanner::State::Report() const {
   status.held_by = reading.held_by;
   status.chain = notices;
   status.warnings = warnings;
+  if (!reference_note.empty()) status.warnings.push_back(reference_note);
+  if (!temperature_note.empty()) status.warnings.push_back(temperature_note);
   status.job = JobText(running != Job::kNone ? running : order);
   status.stage = stage;
   status.done = done;

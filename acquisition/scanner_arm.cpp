@@ -1,9 +1,13 @@
 // Arming: all checks before a scan, the ring tried, the recording begun.
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "acquisition/scanner_state.h"
+#include "base/ensure.h"
+#include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
 namespace {
@@ -24,6 +28,19 @@ std::string Joined(const std::vector<std::string>& reasons) {
   std::string text;
   for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;
+}
+
+/// Of the boards that said something of the level.
+std::optional<double> MeanTemperature(const RingLevel& level) {
+  double sum = 0.0;
+  int count = 0;
+  for (const BoardStamp& board : level.boards) {
+    if (!board.present) continue;
+    sum += board.temperature_c;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
 }
 
 /// Longest that a scan of this plan can take, from the start key to the last level on the disk.
@@ -94,10 +111,11 @@ Status Scanner::State::Check(ArmReport& report) {
                        : Status{});
   }
   check("drive", devices.axis.Verify());
-  const GateAnswer answer = gate.Ask(armed);
+  const GateAnswer answer = gate.Ask(armed, Machine());
   check("customer", answer.customer);
   check("consent", answer.consent);
   check("store", answer.store);
+  check("calibration", answer.calibration);
   check("reference", answer.reference);
   check("wall_clock", clock.WallNow() >= kClockSane
                           ? Status{}
@@ -106,6 +124,7 @@ Status Scanner::State::Check(ArmReport& report) {
     for (ArmCheck& one : options.host_checks()) report.checks.push_back(std::move(one));
   }
   check("ring", ProveRing());
+  WatchTemperature();
   Status planned;
   if (armed.search) {
     plan = SearchPlan(axis.identity().limits);
@@ -131,6 +150,7 @@ Status Scanner::State::ProveRing() {
   }
   // A board may have been unplugged, or have restarted, since the last scan.
   if (lost) RETURN_IF_ERROR(ReopenDevices(kArmPatience));
+  if (!lost && ReferenceLost()) RETURN_IF_ERROR(devices.ring.Reopen(devices.clock.Now() + kArmPatience));
   {
     const std::scoped_lock lock(mutex);
     proving = true;
@@ -140,7 +160,9 @@ Status Scanner::State::ProveRing() {
     RETURN_IF_ERROR(devices.ring.Start(
         Hertz(std::clamp(kProvingRateHz, limits.min_level_rate.value(), limits.max_level_rate.value()))));
     for (int i = 0; i < kProvingLevels; ++i) {
-      if (const auto level = devices.ring.NextLevel(devices.clock.Now() + kFirstLevel); !level) return Fail(level);
+      const auto level = devices.ring.NextLevel(devices.clock.Now() + kFirstLevel);
+      if (!level) return Fail(level);
+      ring_temperature_c = MeanTemperature(*level);
     }
     return {};
   };
@@ -150,14 +172,50 @@ Status Scanner::State::ProveRing() {
     const Status stopped = devices.ring.Stop();
     if (proved) proved = stopped;
   }
+  WatchReference();
   const std::scoped_lock lock(mutex);
   proving = false;
   if (trouble != RingTrouble::kNone && trouble != RingTrouble::kOrder) device_lost = true;
   return proved;
 }
 
+bool Scanner::State::ReferenceLost() const {
+  const ReferenceBoard* reference = devices.ring.reference();
+  return reference != nullptr && reference->board && !reference->trouble.empty();
+}
+
+void Scanner::State::WatchReference() {
+  const ReferenceBoard* reference = devices.ring.reference();
+  if (reference == nullptr) return;
+  const std::string note = reference->trouble.empty()
+                               ? ""
+                               : "reference board " + std::to_string(reference->serial) +
+                                     " gives no readings, scans do without: " + reference->trouble;
+  const std::scoped_lock lock(mutex);
+  reference_note = note;
+}
+
+void Scanner::State::WatchTemperature() {
+  constexpr double kFar = 5.0;  // degrees: offsets of a ring are known to rise by up to some 0.05 mm per degree
+  const RingCalibration& calibration = armed.header.calibration;
+  std::string note;
+  const bool unknown = !calibration.certificate.empty() && calibration.range_mm_per_c == 0.0;
+  if (unknown && ring_temperature_c && std::abs(*ring_temperature_c - calibration.reference_c) > kFar) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the ring has %.0f degrees, it was calibrated at %.0f, and how its ranges change with temperature is "
+                  "not known: let it warm up, or calibrate it at this temperature",
+                  *ring_temperature_c, calibration.reference_c);
+    note = text;
+  }
+  const std::scoped_lock lock(mutex);
+  temperature_note = note;
+}
+
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
-  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), devices.ring.limits().sensor_count);
+  const ReferenceBoard* reference = devices.ring.reference();
+  const std::size_t sensors = devices.ring.limits().sensor_count + (reference != nullptr ? kSensorsPerBoard : 0);
+  const std::uint64_t needed = RecordingReserve(plan.TotalLevels(), sensors);
   const auto room = storage.FreeBytes(armed.out);
   if (!room) return Fail(room);
   if (*room < kScansOfSpace * needed) {
@@ -170,6 +228,13 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   header.plan_json = PlanJson(plan);
   header.wall_start_ns = clock.WallNow().count();
   header.machine = Machine();
+  if (ring_temperature_c && header.calibration.range_mm_per_c != 0.0) {
+    header.calibration = header.calibration.AtTemperature(*ring_temperature_c);
+  }
+  ENSURE(header.reference.has_value() == (reference != nullptr), "who arms knows where the reference sensors stand");
+  if (reference != nullptr && reference->board) {
+    header.reference->firmware_version = reference->board->firmware_version;
+  }
   RecordingOptions recording = options.recording;
   recording.reserve_bytes = needed;
   auto made = RecordingWriter::Create(storage, armed.out, header, recording);
@@ -183,6 +248,9 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   }
   for (const std::string& reason : plan_adjusted) {
     RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
+  }
+  if (!temperature_note.empty()) {
+    RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "warning: " + temperature_note));
   }
   return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
 }
@@ -203,6 +271,7 @@ RecordedMachine Scanner::State::Machine() const {
   machine_now.axis_max_speed_mm_s = identity.limits.max_speed.value();
   machine_now.axis_max_acceleration_mm_s2 = identity.limits.max_acceleration.value();
   machine_now.level_rate_hz = plan.level_rate_hz;
+  machine_now.ring_temperature_c = ring_temperature_c;
   return machine_now;
 }
 

@@ -78,6 +78,12 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   void DropRecording();
   Status Check(ArmReport& report);
   Status ProveRing();
+  /// Lets the status say how the reference board is.
+  void WatchReference();
+  /// Notes a ring that is much warmer or colder than when it was calibrated.
+  void WatchTemperature();
+  /// It was there, and may be found again.
+  [[nodiscard]] bool ReferenceLost() const;
   Status MakeRecording(const std::vector<std::string>& plan_adjusted);
   [[nodiscard]] RecordedMachine Machine() const;
   void Scan();
@@ -140,6 +146,8 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
   std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
+  std::string reference_note;  ///< Why the reference board gives no readings now; a warning while it is so.
+  std::string temperature_note;  ///< Why the calibration may not hold at the ring's temperature; likewise.
   std::string stage;
   double done = 0.0;
   double total = 0.0;
@@ -179,6 +187,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::optional<QualityMonitor> quality;  ///< Of the armed or running scan.
   ArmRequest armed;
   ScanPlan plan;
+  std::optional<double> ring_temperature_c;  ///< Degrees Celsius, as the boards said when the ring was tried.
   std::uint64_t scan_number = 0;
   std::optional<std::chrono::nanoseconds> settling_since;  ///< All levels are taken; the disk has not all of them yet.
   std::chrono::nanoseconds next_reopen{0};

@@ -70,12 +70,16 @@ class SupervisedRing final : public RangeRing {
   [[nodiscard]] const RingLimits& limits() const override { return ring_.limits(); }
   [[nodiscard]] const RingCounters& counters() const override { return ring_.counters(); }
   [[nodiscard]] RingTrouble trouble() const override { return ring_.trouble(); }
+  [[nodiscard]] const ReferenceBoard* reference() const override { return ring_.reference(); }
   Status Start(Hertz level_rate) override { return Judge(ring_.Start(level_rate)); }
   /// Not told: a ring that is stopped after a failure may fail again, and the first cause counts.
   Status Stop() override { return ring_.Stop(); }
   Result<RingLevel> NextLevel(std::chrono::nanoseconds deadline) override { return Judge(ring_.NextLevel(deadline)); }
   Status Reopen(std::chrono::nanoseconds deadline) override { return ring_.Reopen(deadline); }
-  Result<ClockExchange> ReadClock(std::size_t board) override { return Judge(ring_.ReadClock(board)); }
+  /// What fails of the reference board is no fault.
+  Result<ClockExchange> ReadClock(std::size_t board) override {
+    return board < ring_.boards().size() ? Judge(ring_.ReadClock(board)) : ring_.ReadClock(board);
+  }
 
  private:
   template <class T>

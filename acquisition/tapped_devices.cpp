@@ -36,6 +36,7 @@ class TappedRing final : public RangeRing {
   [[nodiscard]] const RingLimits& limits() const override { return ring_->limits(); }
   [[nodiscard]] const RingCounters& counters() const override { return ring_->counters(); }
   [[nodiscard]] RingTrouble trouble() const override { return ring_->trouble(); }
+  [[nodiscard]] const ReferenceBoard* reference() const override { return ring_->reference(); }
 
   Status Start(Hertz level_rate) override {
     CallTap call(context_);
@@ -110,6 +111,8 @@ class TappedAxis final : public ScanAxis {
 
 Result<std::unique_ptr<RangeRing>> OpenTappedRing(TapContext context, bus_record::RingOpening opening,
                                                   const std::function<Result<std::unique_ptr<RangeRing>>()>& open) {
+  const bool reference = std::visit([](const auto& options) { return options.reference.has_value(); }, opening.options);
+  opening.format = reference ? bus_record::kFormat : bus_record::kFormatWithoutReference;
   context.tap.Record(EncodeBusRecord(std::move(opening), context.clock.Now()));
   auto ring = open();
   if (!ring) return ring;

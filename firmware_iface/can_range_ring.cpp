@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "base/ensure.h"
 #include "firmware_iface/can_bus_recovery.h"
+#include "firmware_iface/can_reference.h"
 #include "firmware_iface/can_ring_boot.h"
 #include "firmware_iface/can_ring_bus.h"
 #include "firmware_iface/can_ring_orders.h"
@@ -31,16 +33,17 @@ tl::unexpected<Error> FailWith(const Error& error) { return tl::unexpected<Error
 
 class CanRangeRing final : public RangeRing {
  public:
-  CanRangeRing(std::vector<CanRingBus> buses, std::vector<CanRingBoard> links, CanRangeRingOptions options,
-               Clock& clock)
+  CanRangeRing(std::vector<CanRingBus> buses, std::vector<CanRingBoard> links, std::optional<CanReference> reference,
+               CanRangeRingOptions options, Clock& clock)
       : buses_(std::move(buses)),
         links_(std::move(links)),
+        reference_(std::move(reference)),
         options_(std::move(options)),
         clock_(clock),
         losses_(links_.size()),
         recoveries_(buses_.size()) {
     for (const CanRingBoard& link : links_) boards_.push_back(link.board);
-    limits_ = LimitsOf(buses_, links_, options_.sensor_count);
+    limits_ = LimitsNow();
     CountOverflows();
   }
   ~CanRangeRing() override {
@@ -60,8 +63,12 @@ class CanRangeRing final : public RangeRing {
   Status Reopen(nanoseconds deadline) override;
   Result<ClockExchange> ReadClock(std::size_t board) override;
   [[nodiscard]] RingTrouble trouble() const override { return trouble_; }
+  [[nodiscard]] const ReferenceBoard* reference() const override { return reference_ ? &reference_->board() : nullptr; }
 
  private:
+  [[nodiscard]] RingLimits LimitsNow() {
+    return LimitsOf(buses_, links_, reference_ ? reference_->node() : std::nullopt, options_.sensor_count);
+  }
   [[nodiscard]] CanRingBus& BusOf(std::size_t board) { return buses_[links_[board].bus]; }
   [[nodiscard]] CanNode& NodeOf(std::size_t board) { return BusOf(board).nodes().at(links_[board].node); }
   [[nodiscard]] Status CheckBuses();
@@ -82,6 +89,7 @@ class CanRangeRing final : public RangeRing {
 
   std::vector<CanRingBus> buses_;
   std::vector<CanRingBoard> links_;  ///< In the order of boards_.
+  std::optional<CanReference> reference_;
   CanRangeRingOptions options_;
   Clock& clock_;
   std::vector<RingBoard> boards_;
@@ -180,6 +188,7 @@ Status CanRangeRing::StartBoards(Hertz level_rate) {
   for (std::size_t board = 0; board < links_.size(); ++board) {
     NodeOf(board).levels.Begin(std::chrono::microseconds(period_us));
   }
+  if (reference_) reference_->Begin(buses_, std::chrono::microseconds(period_us));
   return orders.StartSync();
 }
 
@@ -202,6 +211,7 @@ void CanRangeRing::Await(std::size_t board, nanoseconds deadline) {
 Result<RingLevel> CanRangeRing::NextLevel(nanoseconds deadline) {
   RETURN_IF_ERROR(CheckRingState("read a level of the ring", state_, State::kStreaming));
   for (std::size_t board = 0; board < links_.size(); ++board) Await(board, deadline);
+  if (reference_) reference_->Await(wanted_, deadline, buses_, clock_);
   const nanoseconds now = clock_.Now();
   for (CanRingBus& bus : buses_) {
     if (bus.Collect(now)) bus.WatchHeartbeats(kMissedBeats * options_.heartbeat + kBeatSlack);
@@ -268,6 +278,10 @@ Result<RingLevel> CanRangeRing::Assemble() {
                   "check the bus' wiring and load and the host's load, then start again");
     }
   }
+  if (reference_) {
+    trouble_ = RingTrouble::kEmitter;
+    RETURN_IF_ERROR(reference_->Put(buses_, level));
+  }
   ++wanted_;
   ++counters_.levels;
   return level;
@@ -316,33 +330,25 @@ Status CanRangeRing::Stop() {
   if (!was_well) result = {};
   UpdateCounters();
   for (std::size_t board = 0; board < links_.size(); ++board) NodeOf(board).levels.End();
+  if (reference_) reference_->End(buses_);
   state_ = State::kIdle;
   return result;
 }
 
 Result<ClockExchange> CanRangeRing::ReadClock(std::size_t board) {
-  ENSURE(board < links_.size(), "the board is one of boards()");
+  ENSURE(board < links_.size() || (reference_ && board == links_.size()), "the board is one of boards(), or beside");
   if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
   RETURN_IF_ERROR(usable_);
-  CanRingBus& bus = BusOf(board);
-  Result<std::uint32_t> told = Fail("read a board's clock", "not asked", "ask again");
-  ClockExchange exchange;
+  Result<ClockExchange> told = Fail("read a board's clock", "not asked", "ask again");
   for (int attempt = 0; attempt < kSdoAttempts && !told; ++attempt) {
     // Another sub-index for each question: a late answer is then never that of the next one.
     clock_question_ = static_cast<std::uint8_t>(clock_question_ % kClockSubIndices + 1);
-    exchange.host_before = clock_.Now();
-    told = ReadNumber<std::uint32_t>(bus, links_[board].node, {kClockIndex, clock_question_}, options_.sdo_timeout, 1);
-    if (bus.fault()) break;
+    if (board == links_.size()) return reference_->ReadClock(clock_question_, buses_, clock_);
+    told = AskCanClock(BusOf(board), links_[board], clock_question_, options_.sdo_timeout, clock_);
+    if (BusOf(board).fault()) break;
   }
-  if (!told) {
-    trouble_ = RingTrouble::kBus;
-    return Fail(told);
-  }
-  // When the answer came, not when it was collected; but an arrival before the question is a false one.
-  const nanoseconds arrival = bus.last_reply_time();
-  exchange.host_after = arrival > exchange.host_before ? arrival : clock_.Now();
-  exchange.device_time = NodeOf(board).clock.Unwrap(*told, exchange.host_after);
-  return exchange;
+  if (!told) trouble_ = RingTrouble::kBus;
+  return told;
 }
 
 Status CanRangeRing::Reopen(nanoseconds deadline) {
@@ -367,7 +373,8 @@ Status CanRangeRing::FindAll(nanoseconds deadline) {
   links_ = std::move(*links);
   boards_.clear();
   for (const CanRingBoard& link : links_) boards_.push_back(link.board);
-  limits_ = LimitsOf(buses_, links_, options_.sensor_count);
+  if (reference_) reference_->Boot(buses_, clock_);
+  limits_ = LimitsNow();
   return {};
 }
 
@@ -391,10 +398,17 @@ Result<std::unique_ptr<RangeRing>> MakeCanRangeRing(const std::vector<CanBus*>& 
   for (CanBus* bus : buses) {
     ENSURE(bus != nullptr, "every bus is there");
     known.emplace_back(*bus, static_cast<NodeId>(options.board_count), clock);
+    if (options.reference) known.back().AddBeside(static_cast<NodeId>(options.board_count + 1));
   }
   auto links = BootCanBoards(known, options, clock);
   if (!links) return Fail(links);
-  return std::make_unique<CanRangeRing>(std::move(known), std::move(*links), std::move(options), clock);
+  std::optional<CanReference> reference;
+  if (options.reference) {
+    ENSURE(options.board_count < kLastNodeId, "the reference board has a node id");
+    reference.emplace(options).Boot(known, clock);
+  }
+  return std::make_unique<CanRangeRing>(std::move(known), std::move(*links), std::move(reference), std::move(options),
+                                        clock);
 }
 
 }  // namespace annulus

@@ -19,6 +19,8 @@ using std::chrono::nanoseconds;
 /// A board that was off when it was told to reset may be on by now, or have missed the order: it is told again.
 constexpr nanoseconds kResetAgain = milliseconds(500);
 constexpr nanoseconds kPollPause = milliseconds(5);
+/// How much longer than the ring's boards the reference board may take.
+constexpr nanoseconds kReferenceGrace = milliseconds(500);
 /// How long another node of the same id may take to answer too.
 constexpr nanoseconds kSecondAnswerTime = milliseconds(20);
 constexpr std::size_t kMostTextBytes = 32;
@@ -67,6 +69,8 @@ class Boot {
   Status CheckNodeIds();
   Status IdentifyAll();
   Status CheckCover();
+  /// Awaits the one node `id` that is beside the ring.
+  Status AwaitBeside(NodeId id);
   std::vector<CanRingBoard> Take() { return std::move(boards_); }
 
  private:
@@ -121,6 +125,22 @@ Status Boot::AwaitBoot() {
     }
   }
   return {};
+}
+
+Status Boot::AwaitBeside(NodeId id) {
+  const nanoseconds deadline = clock_.Now() + kReferenceGrace;
+  while (true) {
+    for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
+      if (!HasBooted(buses_[bus].nodes().at(id))) continue;
+      boards_.push_back({{}, {}, bus, id, false});
+      return {};
+    }
+    const nanoseconds now = clock_.Now();
+    if (now >= deadline) break;
+    for (CanRingBus& bus : buses_) bus.Collect(std::min(deadline, now + kPollPause));
+  }
+  return Fail("boot the reference board", "node " + std::to_string(id) + " says nothing",
+              "check its supply, cable, node id and bit rate");
 }
 
 /// Each node id must have booted on exactly one bus.
@@ -301,8 +321,31 @@ Result<std::vector<CanRingBoard>> BootCanBoards(std::vector<CanRingBus>& buses, 
   return boot.Take();
 }
 
+Result<CanRingBoard> BootReferenceBoard(std::vector<CanRingBus>& buses, const CanRangeRingOptions& options,
+                                        Clock& clock) {
+  CanRangeRingOptions alone = options;
+  alone.first_sensors = {{options.reference->serial, kNotInRing}};
+  Boot boot(buses, alone, clock);
+  RETURN_IF_ERROR(boot.AwaitBeside(static_cast<NodeId>(options.board_count + 1)));
+  RETURN_IF_ERROR(boot.IdentifyAll());
+  return boot.Take().front();
+}
+
+Result<ClockExchange> AskCanClock(CanRingBus& bus, const CanRingBoard& board, std::uint8_t question,
+                                  nanoseconds timeout, Clock& clock) {
+  ClockExchange exchange;
+  exchange.host_before = clock.Now();
+  const auto told = ReadNumber<std::uint32_t>(bus, board.node, {kClockIndex, question}, timeout, 1);
+  if (!told) return Fail(told);
+  // When the answer came, not when it was collected; but an arrival before the question is a false one.
+  const nanoseconds arrival = bus.last_reply_time();
+  exchange.host_after = arrival > exchange.host_before ? arrival : clock.Now();
+  exchange.device_time = bus.nodes().at(board.node).clock.Unwrap(*told, exchange.host_after);
+  return exchange;
+}
+
 RingLimits LimitsOf(std::vector<CanRingBus>& buses, const std::vector<CanRingBoard>& boards,
-                    std::uint16_t sensor_count) {
+                    const std::optional<CanRingBoard>& beside, std::uint16_t sensor_count) {
   RingLimits limits{sensor_count, Hertz(0.0), Hertz(std::numeric_limits<double>::infinity())};
   std::vector<nanoseconds> level_time(buses.size());
   for (const CanRingBoard& one : boards) {
@@ -310,6 +353,7 @@ RingLimits LimitsOf(std::vector<CanRingBus>& buses, const std::vector<CanRingBoa
     limits.max_level_rate = std::min(limits.max_level_rate, one.limits.max_level_rate);
     level_time[one.bus] += LevelTime(one, buses[one.bus].bus());
   }
+  if (beside) level_time[beside->bus] += LevelTime(*beside, buses[beside->bus].bus());
   for (const nanoseconds time : level_time) {
     if (time.count() == 0) continue;
     limits.max_level_rate = std::min(limits.max_level_rate, Hertz(kMostLoad * 1e9 / static_cast<double>(time.count())));

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "firmware_iface/can_ring_bus.h"
@@ -24,9 +27,20 @@ struct CanRingBoard {
 Result<std::vector<CanRingBoard>> BootCanBoards(std::vector<CanRingBus>& buses, const CanRangeRingOptions& options,
                                                 Clock& clock);
 
-/// The boards' own limits, and what each bus can carry: level frames fill 80 % of it at most.
+/// Waits a little for the reference board, whose bus BootCanBoards has just reset, identifies and configures it. Fails
+/// if it stays silent, or is another board.
+Result<CanRingBoard> BootReferenceBoard(std::vector<CanRingBus>& buses, const CanRangeRingOptions& options,
+                                        Clock& clock);
+
+/// The boards' own limits, and what each bus can carry: level frames, also those of the board beside the ring, fill
+/// 80 % of it at most.
 [[nodiscard]] RingLimits LimitsOf(std::vector<CanRingBus>& buses, const std::vector<CanRingBoard>& boards,
-                                  std::uint16_t sensor_count);
+                                  const std::optional<CanRingBoard>& beside, std::uint16_t sensor_count);
+
+/// Asks a board for its clock, once. `question` is a sub-index of object 2004h, 1 … 16: another one each time, so that
+/// a late answer is never that of the next question.
+Result<ClockExchange> AskCanClock(CanRingBus& bus, const CanRingBoard& board, std::uint8_t question,
+                                  std::chrono::nanoseconds timeout, Clock& clock);
 
 /// Attempts of an exchange that may be repeated.
 inline constexpr int kSdoAttempts = 4;

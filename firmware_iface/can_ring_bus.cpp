@@ -77,6 +77,11 @@ CanRingBus::CanRingBus(CanBus& bus, NodeId last_node, Clock& clock) : bus_(bus),
   for (NodeId node = 1; node <= last_node; ++node) nodes_.emplace(node, CanNode());
 }
 
+void CanRingBus::AddBeside(NodeId node) {
+  beside_ = node;
+  nodes_.emplace(node, CanNode());
+}
+
 std::string CanRingBus::NodeName(NodeId node) const {
   const auto known = node_names_.find(node);
   return known != node_names_.end() ? known->second : "node " + std::to_string(node) + " on " + name_;
@@ -86,9 +91,15 @@ void CanRingBus::RaiseFault(std::string attempted, std::string seen, std::string
   if (!fault_) fault_ = Error{std::move(attempted), std::move(seen), std::move(advice)};
 }
 
-void CanRingBus::RaiseBoardFault(std::string attempted, std::string seen, std::string advice) {
+void CanRingBus::RaiseBoardFault(NodeId node, std::string seen, std::string advice) {
+  const std::string attempted = "read " + NodeName(node);
+  const bool hazard = nodes_.at(node).emergency == kEmergencyEmitter;
+  if (node == beside_ && !hazard) {
+    nodes_.at(node).trouble = attempted + ": " + seen;
+    return LogLimited(nodes_.at(node).trouble);
+  }
   if (!fault_) fault_is_of_a_board_ = true;
-  RaiseFault(std::move(attempted), std::move(seen), std::move(advice));
+  RaiseFault(attempted, std::move(seen), std::move(advice));
 }
 
 void CanRingBus::Note(const CanFailure& failure, const std::string& attempted) {
@@ -170,8 +181,7 @@ void CanRingBus::TakeHeartbeat(const Heartbeat& beat, nanoseconds host_time) {
     ++node.boots;
     // Once identified, a board that boots has lost what it was told.
     if (node.serial != 0) {
-      RaiseBoardFault("read " + NodeName(beat.node), "it restarted",
-                      "check the board's supply and cable, then open the ring again");
+      RaiseBoardFault(beat.node, "it restarted", "check the board's supply and cable, then open the ring again");
     }
   }
   node.state = StateOf(beat.state);
@@ -194,8 +204,7 @@ void CanRingBus::TakeEmergency(const Emergency& emergency) {
     LogLimited(NodeName(emergency.node) + ": " + text);
     return;
   }
-  RaiseBoardFault("read " + NodeName(emergency.node), text,
-                  "look the code up in docs/wire_protocol.md; have the board checked");
+  RaiseBoardFault(emergency.node, text, "look the code up in docs/wire_protocol.md; have the board checked");
 }
 
 void CanRingBus::TakeSdoReply(NodeId node, const CanFrame& frame, nanoseconds host_time) {

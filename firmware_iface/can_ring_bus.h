@@ -37,6 +37,7 @@ struct CanNode {
   std::uint32_t serial = 0;                   ///< Once identified.
   CanLevelAssembler levels;
   WrappedClock clock;
+  std::string trouble;  ///< Of a node beside the ring: what would be a fault if it were of the ring.
 };
 
 /// The fault confinement of the host's own controller, as reports tell it.
@@ -54,6 +55,9 @@ class CanRingBus {
  public:
   /// Nodes 1 … `last_node` may be on the bus.
   CanRingBus(CanBus& bus, NodeId last_node, Clock& clock);
+  /// One more node may be on the bus, which is not part of the ring: what it reports is its own trouble and no fault,
+  /// unless it is an emitter's.
+  void AddBeside(NodeId node);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] CanBus& bus() { return bus_; }
@@ -116,7 +120,7 @@ class CanRingBus {
   void TakeReport(const CanReport& report, std::chrono::nanoseconds host_time);
   void EnterState(CanState state, std::chrono::nanoseconds host_time);
   void RaiseFault(std::string attempted, std::string seen, std::string advice);
-  void RaiseBoardFault(std::string attempted, std::string seen, std::string advice);
+  void RaiseBoardFault(NodeId node, std::string seen, std::string advice);
   void LogLimited(const std::string& text);
 
   static constexpr int kMostCollected = 4096;
@@ -125,6 +129,7 @@ class CanRingBus {
   Clock& clock_;
   std::string name_;
   std::map<NodeId, CanNode> nodes_;
+  NodeId beside_ = 0;  ///< 0: none.
   std::map<NodeId, std::string> node_names_;
   CanBusHealth health_;
   std::optional<Error> fault_;

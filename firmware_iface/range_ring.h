@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,13 @@
 
 namespace annulus {
 
+/// RingBoard::first_sensor of a board whose sensors are not part of the ring.
+inline constexpr std::uint16_t kNotInRing = 0xFFFF;
+
 /// One concentrator board as it introduced itself.
 struct RingBoard {
   std::uint32_t serial = 0;
-  std::uint16_t first_sensor = 0;  ///< Ring index of its sensor 0.
+  std::uint16_t first_sensor = 0;  ///< Ring index of its sensor 0; kNotInRing: a reference board.
   std::uint16_t sensor_count = 0;
   std::uint16_t protocol_version = 0;
   std::string firmware_version;  ///< "major.minor.patch".
@@ -41,6 +45,26 @@ struct RingLevel {
   std::vector<BoardStamp> boards;     ///< In the order of RangeRing::boards().
   std::vector<double> range_mm;       ///< One per sensor; NaN: no return, or the board's frame was lost.
   std::vector<std::uint8_t> quality;  ///< One per sensor, 0 (none) … 255 (best).
+  /// Of the reference board, as ReferenceBoardOptions lists its channels; empty without one.
+  BoardStamp reference{};
+  std::vector<double> reference_range_mm{};       ///< NaN: no return, or no frame of the board.
+  std::vector<std::uint8_t> reference_quality{};  ///< 0 (none) … 255 (best).
+};
+
+/// A board beside the ring whose sensors stand still (docs/booth.md): another concentrator board on the same bus and
+/// the same SYNC, known by its serial number. The ring does not depend on it.
+struct ReferenceBoardOptions {
+  std::uint32_t serial = 0;
+  std::vector<std::uint8_t> channels;  ///< Whose readings are given out, in this order, 0 … 14.
+
+  bool operator==(const ReferenceBoardOptions&) const = default;
+};
+
+/// The reference board as a ring has it.
+struct ReferenceBoard {
+  std::uint32_t serial = 0;        ///< Whether or not it is there.
+  std::optional<RingBoard> board;  ///< Nothing: it was not there when the ring was opened, and will not be until then.
+  std::string trouble;             ///< Why it gives no readings until the next Start; empty: it does.
 };
 
 struct RingLimits {
@@ -106,13 +130,19 @@ class RangeRing {
   [[nodiscard]] virtual RingTrouble trouble() const = 0;
   /// Asks a board (index into boards()) for its clock.
   virtual Result<ClockExchange> ReadClock(std::size_t board) = 0;
+
+  /// The reference board; null unless the ring was opened with one. What goes wrong with it fails no call but its own
+  /// ReadClock (index boards().size()): it is left out until the next Start, and its `trouble` says why. Only what
+  /// could hurt somebody, an emitter fault, fails the ring.
+  [[nodiscard]] virtual const ReferenceBoard* reference() const = 0;
 };
 
 struct UsbRangeRingOptions {
   std::uint16_t sensor_count = 180;                      ///< Of the whole ring.
   std::map<std::uint32_t, std::uint16_t> first_sensors;  ///< Board serial → first sensor; empty: as the boards say.
   std::chrono::nanoseconds control_timeout = std::chrono::milliseconds(200);
-  std::size_t transfers_per_board = 4;  ///< Bulk transfers kept in flight.
+  std::size_t transfers_per_board = 4;             ///< Bulk transfers kept in flight.
+  std::optional<ReferenceBoardOptions> reference;  ///< A board beside the ring.
 };
 
 /// Identifies every board and makes the ring of them. The ports and the clock are borrowed and must live longer.
@@ -132,6 +162,7 @@ struct CanRangeRingOptions {
       std::chrono::seconds(3);  ///< Ours: heartbeat watching starts at the first beat.
   std::chrono::nanoseconds heartbeat = std::chrono::milliseconds(100);  ///< Producer time set on the boards.
   std::chrono::nanoseconds sdo_timeout = std::chrono::milliseconds(100);
+  std::optional<ReferenceBoardOptions> reference;  ///< A board beside the ring, with node id board_count + 1.
 };
 
 /// Boots the boards on one or more buses (CiA 301) and makes the ring of them. The buses and the clock are borrowed and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -55,6 +56,9 @@ Status CheckCover(const std::vector<IdentifiedBoard>& sorted, std::uint16_t sens
 UsbRequest RequestTo(BoardRequest request) { return {static_cast<std::uint8_t>(request), 0, 0}; }
 
 std::string BoardName(const RingBoard& board) {
+  if (board.first_sensor == kNotInRing) {
+    return "reference board " + std::to_string(board.serial) + " (port " + board.port_path + ")";
+  }
   return "ring board " + std::to_string(board.serial) + " (sensors " + std::to_string(board.first_sensor) + "-" +
          std::to_string(board.first_sensor + board.sensor_count - 1) + ", port " + board.port_path + ")";
 }
@@ -109,6 +113,10 @@ Result<IdentifiedBoard> IdentifyBoard(UsbPort& port, const UsbRangeRingOptions& 
   return known;
 }
 
+bool IsReference(const UsbIdentity& identity, const UsbRangeRingOptions& options) {
+  return options.reference && identity.serial == "RB" + std::to_string(options.reference->serial);
+}
+
 Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>& ports,
                                                     const UsbRangeRingOptions& options) {
   std::vector<IdentifiedBoard> known;
@@ -155,8 +163,8 @@ Status CheckPlaces(const std::vector<RingBoard>& before, const std::vector<RingB
   return {};
 }
 
-Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,
-                                                               std::chrono::nanoseconds deadline) {
+Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, const UsbRangeRingOptions& options,
+                                                               Clock& clock, std::chrono::nanoseconds deadline) {
   const auto listed = host.List();
   if (!listed) return FailUsb("list the ring's boards", listed.error());
   if (listed->empty()) {
@@ -174,14 +182,29 @@ Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Cl
                 "give each board its own number");
   }
   std::vector<std::unique_ptr<UsbPort>> ports;
+  std::optional<UsbIdentity> reference;
   for (const UsbIdentity& identity : *listed) {
+    if (IsReference(identity, options)) {
+      reference = identity;
+      continue;
+    }
     auto port = OpenPort(host, identity, clock, deadline);
     if (!port) {
       return FailUsb("open the ring board " + DeviceName(identity), port.error());
     }
     ports.push_back(std::move(*port));
   }
+  if (!reference) return ports;
+  if (auto port = OpenPort(host, *reference, clock, deadline)) ports.push_back(std::move(*port));
   return ports;
+}
+
+ClockReply AskClock(UsbPort& port, std::chrono::nanoseconds timeout, Clock& clock) {
+  ClockExchange exchange;
+  exchange.host_before = clock.Now();
+  auto reply = port.ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t), timeout);
+  exchange.host_after = clock.Now();
+  return {exchange, std::move(reply)};
 }
 
 }  // namespace annulus

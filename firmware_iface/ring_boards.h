@@ -28,6 +28,9 @@ Result<std::vector<IdentifiedBoard>> IdentifyBoards(const std::vector<UsbPort*>&
 /// Asks one port who is there.
 Result<IdentifiedBoard> IdentifyBoard(UsbPort& port, const UsbRangeRingOptions& options);
 
+/// Whether this is the port of the reference board of these options.
+[[nodiscard]] bool IsReference(const UsbIdentity& identity, const UsbRangeRingOptions& options);
+
 /// Asks a board on a port just opened who it is, and stops it: it may have been streaming for a program that was
 /// killed.
 Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& options);
@@ -40,9 +43,17 @@ Result<IdentifiedBoard> Quieten(UsbPort& port, const UsbRangeRingOptions& option
 Status CheckPlaces(const std::vector<RingBoard>& before, const std::vector<RingBoard>& now);
 
 /// Opens every ring board that the host lists, with retries until `deadline` for those that have just come. Fails if
-/// there is none, if two have the same serial number (with a list of all), or if one can not be opened.
-Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, Clock& clock,
-                                                               std::chrono::nanoseconds deadline);
+/// there is none, if two have the same serial number (with a list of all), or if one can not be opened; the reference
+/// board, which comes last, may be missing.
+Result<std::vector<std::unique_ptr<UsbPort>>> OpenListedBoards(UsbHost& host, const UsbRangeRingOptions& options,
+                                                               Clock& clock, std::chrono::nanoseconds deadline);
+
+/// The answer to a request for a board's clock, and the host's time before and after it; device_time is not filled in.
+struct ClockReply {
+  ClockExchange exchange;
+  UsbResult<std::vector<std::byte>> reply;
+};
+[[nodiscard]] ClockReply AskClock(UsbPort& port, std::chrono::nanoseconds timeout, Clock& clock);
 
 /// Which board is where, for messages.
 [[nodiscard]] std::string BoardMap(const std::vector<RingBoard>& boards);

@@ -10,6 +10,7 @@
 #include "firmware_iface/ring_rules.h"
 #include "firmware_iface/usb_board_link.h"
 #include "firmware_iface/usb_frame_codec.h"
+#include "firmware_iface/usb_reference.h"
 
 namespace annulus {
 namespace {
@@ -31,15 +32,23 @@ constexpr nanoseconds kBetweenTries = std::chrono::milliseconds(50);
 /// What the kernel keeps beside the data of a transfer, at most.
 constexpr std::size_t kTransferOverhead = 512;
 
+/// What a ring on USB is made of.
+struct UsbRingParts {
+  std::vector<RingBoard> boards;
+  std::vector<UsbBoardLink> links;  ///< Same order.
+  RingLimits limits;
+  std::optional<UsbReference> reference;
+};
+
 class UsbRangeRing final : public RangeRing {
  public:
   /// `host` is null if the ports are borrowed.
-  UsbRangeRing(std::vector<RingBoard> boards, std::vector<UsbBoardLink> links, RingLimits limits,
-               UsbRangeRingOptions options, UsbHost* host, Clock& clock)
-      : boards_(std::move(boards)),
+  UsbRangeRing(UsbRingParts parts, UsbRangeRingOptions options, UsbHost* host, Clock& clock)
+      : boards_(std::move(parts.boards)),
         accepted_(boards_),
-        links_(std::move(links)),
-        limits_(limits),
+        links_(std::move(parts.links)),
+        reference_(std::move(parts.reference)),
+        limits_(parts.limits),
         options_(std::move(options)),
         host_(host),
         clock_(clock) {}
@@ -60,12 +69,14 @@ class UsbRangeRing final : public RangeRing {
   Status Reopen(nanoseconds deadline) override;
   Result<ClockExchange> ReadClock(std::size_t board) override;
   [[nodiscard]] RingTrouble trouble() const override { return trouble_; }
+  [[nodiscard]] const ReferenceBoard* reference() const override { return reference_ ? &reference_->board() : nullptr; }
 
  private:
   [[nodiscard]] Status CheckMemory() const;
   Status StartBoards(Hertz level_rate);
   /// Waits until the board has a frame or the deadline is over.
   Status Await(UsbBoardLink& link, nanoseconds deadline);
+  Status AwaitReference(nanoseconds deadline);
   Result<RingLevel> Assemble();
   [[nodiscard]] Status CheckAllSpoke() const;
   /// The one cause when a board's end shows that it, perhaps with others, was unplugged; else the board's own failure.
@@ -82,6 +93,7 @@ class UsbRangeRing final : public RangeRing {
   std::vector<RingBoard> boards_;
   std::vector<RingBoard> accepted_;  ///< Who was where when the ring was last complete.
   std::vector<UsbBoardLink> links_;  ///< Same order as boards_.
+  std::optional<UsbReference> reference_;
   RingLimits limits_;
   UsbRangeRingOptions options_;
   UsbHost* host_;
@@ -96,7 +108,8 @@ class UsbRangeRing final : public RangeRing {
 /// The limit is shared with every other program that uses USB; more than all of it can not be had.
 Status UsbRangeRing::CheckMemory() const {
   const std::uint64_t limit = host_ == nullptr ? 0 : host_->transfer_memory();
-  const std::uint64_t needed = links_.size() * options_.transfers_per_board * (kTransferBytes + kTransferOverhead);
+  const std::size_t boards = links_.size() + (reference_ ? 1 : 0);
+  const std::uint64_t needed = boards * options_.transfers_per_board * (kTransferBytes + kTransferOverhead);
   if (limit == 0 || needed <= limit) return {};
   return Fail("start the ring",
               "its transfers need " + std::to_string(needed) + " bytes, the kernel allows " + std::to_string(limit) +
@@ -137,6 +150,7 @@ Status UsbRangeRing::StartBoards(Hertz level_rate) {
     RETURN_IF_ERROR(link.Order(BoardRequest::kArm, rate, options_.control_timeout, "arm "));
     for (std::size_t i = 0; i < options_.transfers_per_board; ++i) RETURN_IF_ERROR(link.Submit());
   }
+  if (reference_) reference_->Start(rate, clock_);
   return links_[0].Order(BoardRequest::kStartSync, {}, options_.control_timeout, "start SYNC on ");
 }
 
@@ -151,7 +165,17 @@ Result<RingLevel> UsbRangeRing::NextLevel(nanoseconds deadline) {
     trouble_ = RingTrouble::kBoardLost;
     return Fail(spoke);
   }
+  RETURN_IF_ERROR(AwaitReference(deadline));
   return Assemble();
+}
+
+Status UsbRangeRing::AwaitReference(nanoseconds deadline) {
+  if (!reference_) return {};
+  Status awaited = reference_->Await(deadline);
+  if (awaited) return awaited;
+  state_ = State::kFailed;
+  trouble_ = RingTrouble::kEmitter;
+  return awaited;
 }
 
 /// A wait on one board looks at the others now and then: when the board that drives SYNC goes, all others fall silent,
@@ -233,6 +257,7 @@ Result<RingLevel> UsbRangeRing::Assemble() {
       level.quality[boards_[board].first_sensor + i] = frame.quality[i];
     }
   }
+  if (reference_) reference_->Put(wanted_, level);
   ++wanted_;
   ++counters_.levels;
   return level;
@@ -257,10 +282,12 @@ Status UsbRangeRing::Stop() {
     trouble_ = RingTrouble::kBus;
     result = Fail("stop the ring", running, "switch the ring's supply off: SYNC and emitters may be on");
   }
+  if (reference_) reference_->BeginStop();
   for (UsbBoardLink& link : links_) {
     const Status ended = link.EndTransfers(begin + kStopDeadline);
     if (!ended && result) result = ended;
   }
+  if (reference_) reference_->EndStop(begin + kStopDeadline);
   CountFrames();
   state_ = State::kIdle;
   return result;
@@ -288,6 +315,7 @@ Status UsbRangeRing::Reopen(nanoseconds deadline) {
   trouble_ = RingTrouble::kBoardLost;
   usable_ = host_ == nullptr ? FindBorrowed(deadline) : FindAll(deadline);
   if (usable_) accepted_ = boards_;
+  if (reference_) reference_->Reopen(host_, clock_);
   return usable_;
 }
 
@@ -343,17 +371,14 @@ Status UsbRangeRing::Find(std::size_t board, nanoseconds deadline) {
 }
 
 Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
-  ENSURE(board < links_.size(), "the board is one of boards()");
+  ENSURE(board < links_.size() || (reference_ && board == links_.size()), "the board is one of boards(), or beside");
   if (state_ == State::kFailed) return Fail(CheckRingState("read a board's clock", state_, State::kStreaming));
   RETURN_IF_ERROR(usable_);
+  if (board == links_.size()) return reference_->ReadClock(clock_);
   const std::string attempted = "read the clock of " + links_[board].name();
   UsbPort* const port = links_[board].port();
   if (port == nullptr) return Fail(attempted, "it is not plugged in", "plug it in, then open the ring again");
-  ClockExchange exchange;
-  exchange.host_before = clock_.Now();
-  const auto reply =
-      port->ControlIn(RequestTo(BoardRequest::kReadClock), sizeof(std::uint64_t), options_.control_timeout);
-  exchange.host_after = clock_.Now();
+  auto [exchange, reply] = AskClock(*port, options_.control_timeout, clock_);
   if (!reply) {
     trouble_ = reply.error().status == UsbStatus::kNoDevice ? RingTrouble::kBoardLost : RingTrouble::kBus;
     return FailUsb(attempted, reply.error());
@@ -370,39 +395,52 @@ Result<ClockExchange> UsbRangeRing::ReadClock(std::size_t board) {
 Result<std::unique_ptr<RangeRing>> MakeUsbRangeRing(const std::vector<UsbPort*>& ports, UsbRangeRingOptions options,
                                                     Clock& clock) {
   ENSURE(options.transfers_per_board > 0, "a board is read by transfers");
-  for (const UsbPort* port : ports) ENSURE(port != nullptr, "every board has a port");
-  const auto known = IdentifyBoards(ports, options);
-  if (!known) return Fail(known);
-  std::vector<RingBoard> boards;
-  std::vector<UsbBoardLink> links;
-  for (const IdentifiedBoard& one : *known) {
-    boards.push_back(one.board);
-    links.emplace_back(one.board, *one.port);
+  UsbRingParts parts;
+  if (options.reference) parts.reference.emplace(options);
+  std::vector<UsbPort*> of_ring;
+  for (UsbPort* port : ports) {
+    ENSURE(port != nullptr, "every board has a port");
+    if (IsReference(port->identity(), options)) {
+      parts.reference->Adopt(*port);
+    } else {
+      of_ring.push_back(port);
+    }
   }
-  const RingLimits limits = CommonLimits(*known, options.sensor_count);
-  return std::make_unique<UsbRangeRing>(std::move(boards), std::move(links), limits, std::move(options), nullptr,
-                                        clock);
+  const auto known = IdentifyBoards(of_ring, options);
+  if (!known) return Fail(known);
+  for (const IdentifiedBoard& one : *known) {
+    parts.boards.push_back(one.board);
+    parts.links.emplace_back(one.board, *one.port);
+  }
+  parts.limits = CommonLimits(*known, options.sensor_count);
+  return std::make_unique<UsbRangeRing>(std::move(parts), std::move(options), nullptr, clock);
 }
 
 Result<std::unique_ptr<RangeRing>> OpenUsbRangeRing(UsbHost& host, UsbRangeRingOptions options, Clock& clock) {
   ENSURE(options.transfers_per_board > 0, "a board is read by transfers");
-  auto opened = OpenListedBoards(host, clock, clock.Now() + kOpenDeadline);
+  auto opened = OpenListedBoards(host, options, clock, clock.Now() + kOpenDeadline);
   if (!opened) return Fail(opened);
-  std::vector<UsbPort*> ports;
-  for (const auto& port : *opened) ports.push_back(port.get());
-  const auto known = IdentifyBoards(ports, options);
+  UsbRingParts parts;
+  if (options.reference) parts.reference.emplace(options);
+  std::vector<UsbPort*> of_ring;
+  for (auto& port : *opened) {
+    if (IsReference(port->identity(), options)) {
+      parts.reference->Adopt(std::move(port));
+    } else {
+      of_ring.push_back(port.get());
+    }
+  }
+  const auto known = IdentifyBoards(of_ring, options);
   if (!known) return Fail(known);
-  std::vector<RingBoard> boards;
-  std::vector<UsbBoardLink> links;
   for (const IdentifiedBoard& one : *known) {
     RETURN_IF_ERROR(Quieten(*one.port, options));
     const auto owner =
         std::find_if(opened->begin(), opened->end(), [&](const auto& port) { return port.get() == one.port; });
-    boards.push_back(one.board);
-    links.emplace_back(one.board, std::move(*owner));
+    parts.boards.push_back(one.board);
+    parts.links.emplace_back(one.board, std::move(*owner));
   }
-  const RingLimits limits = CommonLimits(*known, options.sensor_count);
-  return std::make_unique<UsbRangeRing>(std::move(boards), std::move(links), limits, std::move(options), &host, clock);
+  parts.limits = CommonLimits(*known, options.sensor_count);
+  return std::make_unique<UsbRangeRing>(std::move(parts), std::move(options), &host, clock);
 }
 
 }  // namespace annulus

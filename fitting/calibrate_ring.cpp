@@ -10,6 +10,7 @@
 #include "base/ensure.h"
 #include "fitting/placement_pose.h"
 #include "fitting/ring_covariance.h"
+#include "fitting/ring_exchange.h"
 #include "fitting/ring_findings.h"
 #include "fitting/stopwatch.h"
 
@@ -252,7 +253,7 @@ Status Calibrator::Solve() {
   options.num_threads = options_.threads;
   options.max_num_iterations = 40;
   options.initial_trust_region_radius = 1e8;  // nearly linear, and priors make it well posed
-  options.function_tolerance = 1e-9;
+  options.function_tolerance = 1e-7;
   options.logging_type = ceres::SILENT;
   Watcher watcher(context_);
   options.callbacks.push_back(&watcher);
@@ -355,6 +356,7 @@ void Calibrator::Describe() {
     }
   }
   solution_.observability = ObserveRing(setup_, covariance);
+  solution_.exchanges = FindExchanges(setup_, state_, priors_, options_.board_size);
   FindFaults(setup_, solution_);
   solution_.corrections = state_.ring;
   FixGauge(start_, solution_.corrections);

@@ -26,8 +26,9 @@ struct CalibrateOptions {
   /// The sensors that are solved for, one flag each; empty: all. With some held, so are ring and carriage: a replaced
   /// board is calibrated alone against the ring around it.
   std::vector<bool> free_sensors;
+  std::size_t board_size = 15;     ///< Sensors of a board: boards may be exchanged as a whole.
   double knot_spacing_mm = 150.0;  ///< Of the carriage's path.
-  int threads = 2;
+  int threads = 1;                 ///< More than one: results differ in the last bits from run to run.
 };
 
 /// How well one quantity is known: its sd before and after the readings.
@@ -95,6 +96,14 @@ struct BinResidual {
   double distance_mm = 0.0, cos_incidence = 1.0, phi = 0.0;
 };
 
+/// Sensors that stand in each other's place: their plugs or their places in the map are exchanged.
+struct SensorExchange {
+  std::size_t a = 0;      ///< Index of the first sensor.
+  std::size_t b = 0;      ///< Of the one that it is exchanged with, > a.
+  std::size_t count = 1;  ///< So many following sensors of both are exchanged, too: 1, or a board's.
+  double evidence = 0.0;  ///< By so much exchanging them lowers the sum of squared residuals, in variances.
+};
+
 struct RingSolution {
   RingCalibration calibration;  ///< With uncertainty and without serial and certificate, which are the caller's.
   RingUnknowns corrections;     ///< Of the starting calibration, gauge fixed.
@@ -107,6 +116,7 @@ struct RingSolution {
   std::vector<CalibrationFinding> findings;
   std::vector<BudgetLine> budget;  ///< Last line: all together.
   std::vector<BinResidual> residuals;
+  std::vector<SensorExchange> exchanges;  ///< Not corrected: the calibration is of no use until they are.
   bool quadratic = false;     ///< A quadratic term was needed.
   bool height_scale = false;  ///< Heights were measured by a step target.
   double noise_mm = 0.0;
@@ -129,7 +139,8 @@ inline constexpr int kCommonCount = 7;
 /// of each sensor are eliminated). Readings are of the sensors of `start`, which is what the ring is believed to be: an
 /// ideal one, or its last calibration. The target's shape and the sensors' errors come apart because the target is
 /// turned and moved between scans (multi-probe separation: Whitehouse 1976); gauge freedoms are fixed by FixGauge.
-/// Deterministic up to rounding. Fails if a target is not found, or if readings determine nothing.
+/// With one thread the same input gives the same bits. Fails if a target is not found, or if readings determine
+/// nothing.
 [[nodiscard]] Result<RingSolution> CalibrateRing(const RingCalibration& start,
                                                  const std::vector<CalibrationTarget>& targets,
                                                  const std::vector<TargetScan>& scans, const CalibrateOptions& options,

@@ -210,7 +210,7 @@ Result<PlacementBins> PreparePlacement(const RingCalibration& start, const Calib
   result.z_high = -1e9;
   const double reach = kNearby + (target.kind == Kind::kStep ? target.step_mm : 0.0);
   for (const TargetReading& reading : scan.readings) {
-    if (reading.sensor >= by_sensor.size() || !(reading.range_mm > 0.0) || !(reading.weight > 0.0F)) continue;
+    if (!IsReading(start, reading)) continue;
     const auto hit = placed->Meet(start.RayOf(reading.sensor, reading.z_mm));
     const double distance = start.sensors[reading.sensor].Distance(reading.range_mm);
     if (!hit || std::abs(distance - hit->distance) > reach || hit->cos_incidence < 0.35) {

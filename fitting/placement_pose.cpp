@@ -77,7 +77,7 @@ Cloud CloudOf(const RingCalibration& start, const TargetScan& scan) {
   std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> levels;
   Cloud cloud;
   for (const TargetReading& reading : scan.readings) {
-    if (reading.sensor >= start.sensors.size() || !(reading.range_mm > 0.0)) continue;
+    if (!IsReading(start, reading)) continue;
     const Eigen::Vector3d point = start.PointOf(reading.sensor, reading.z_mm, reading.range_mm);
     const Eigen::Vector3d outward = PointFromCylindrical(start.sensors[reading.sensor].theta, 1.0, 0.0);
     if (point.dot(outward) < -300.0) continue;  // far beyond the axis: nothing of a target
@@ -179,42 +179,66 @@ std::optional<TargetPose> PlanePose(const Cloud& cloud) {
   return pose;
 }
 
+/// A reading as the starting calibration has it.
+struct Sight {
+  Ray ray;
+  double distance = 0.0, weight = 1.0;
+};
+
+/// Every so many readings, so that there are `most` at most.
+std::vector<Sight> SightsOf(const RingCalibration& start, const TargetScan& scan, std::size_t most) {
+  std::vector<Sight> sights;
+  const std::size_t stride = std::max<std::size_t>(1, scan.readings.size() / most);
+  for (std::size_t k = 0; k < scan.readings.size(); k += stride) {
+    const TargetReading& reading = scan.readings[k];
+    if (!IsReading(start, reading)) continue;
+    sights.push_back({start.RayOf(reading.sensor, reading.z_mm),
+                      start.sensors[reading.sensor].Distance(reading.range_mm), reading.weight});
+  }
+  return sights;
+}
+
+/// Normal equations of the distances by pose and thickness, wild ones counting less (Cauchy).
+struct PoseNormal {
+  Eigen::Matrix<double, 7, 7> matrix = Eigen::Matrix<double, 7, 7>::Zero();
+  Vector7 right = Vector7::Zero();
+  std::size_t used = 0;
+};
+
+PoseNormal NormalOf(const std::vector<Sight>& sights, const PlacedTarget& placed, double scale) {
+  const std::array<bool, 6> freedom = PoseFreedom(placed.target.kind);
+  PoseNormal normal;
+  for (const Sight& sight : sights) {
+    const auto hit = placed.Meet(sight.ray);
+    if (!hit || hit->cos_incidence < 0.25) continue;
+    const double miss = sight.distance - hit->distance;
+    if (std::abs(miss) > 5.0 * scale) continue;
+    const double weight = sight.weight / (1.0 + miss * miss / (scale * scale));
+    Vector7 by;
+    by << DistanceByPose(placed.target, placed.form, placed.pose, sight.ray, *hit),
+        DistanceByForm(placed.target, sight.ray, *hit)[0];
+    for (Eigen::Index c = 0; c < 6; ++c) {
+      if (!freedom[static_cast<std::size_t>(c)]) by[c] = 0.0;
+    }
+    if (placed.target.kind != Kind::kPlane) by[6] = 0.0;
+    normal.matrix += weight * by * by.transpose();
+    normal.right += weight * miss * by;
+    ++normal.used;
+  }
+  for (Eigen::Index c = 0; c < 7; ++c) normal.matrix(c, c) += 1e-6 * normal.matrix(c, c) + 1e-9;
+  return normal;
+}
+
 /// Robust least squares of the distances by pose and, of a plane, thickness. True if it settled on enough readings.
 bool Refine(const RingCalibration& start, const TargetScan& scan, PlacedTarget& placed) {
   constexpr std::size_t kMost = 12'000;
   constexpr int kRounds = 20;
-  const std::array<bool, 6> freedom = PoseFreedom(placed.target.kind);
-  const bool thickness = placed.target.kind == Kind::kPlane;
-  const std::size_t stride = std::max<std::size_t>(1, scan.readings.size() / kMost);
+  const std::vector<Sight> sights = SightsOf(start, scan, kMost);
   double scale = 20.0;  // mm
-  std::size_t used = 0;
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
-    Vector7 right = Vector7::Zero();
-    used = 0;
-    for (std::size_t k = 0; k < scan.readings.size(); k += stride) {
-      const TargetReading& reading = scan.readings[k];
-      if (reading.sensor >= start.sensors.size() || !(reading.range_mm > 0.0)) continue;
-      const Ray ray = start.RayOf(reading.sensor, reading.z_mm);
-      const auto hit = placed.Meet(ray);
-      if (!hit || hit->cos_incidence < 0.25) continue;
-      const double miss = start.sensors[reading.sensor].Distance(reading.range_mm) - hit->distance;
-      if (std::abs(miss) > 5.0 * scale) continue;
-      const double weight = reading.weight / (1.0 + miss * miss / (scale * scale));
-      Vector7 by;
-      by << DistanceByPose(placed.target, placed.form, placed.pose, ray, *hit),
-          DistanceByForm(placed.target, ray, *hit)[0];
-      for (Eigen::Index c = 0; c < 6; ++c) {
-        if (!freedom[static_cast<std::size_t>(c)]) by[c] = 0.0;
-      }
-      if (!thickness) by[6] = 0.0;
-      normal += weight * by * by.transpose();
-      right += weight * miss * by;
-      ++used;
-    }
-    if (used < kFewestPoints) return false;
-    for (Eigen::Index c = 0; c < 7; ++c) normal(c, c) += 1e-6 * normal(c, c) + 1e-9;
-    const Vector7 change = normal.ldlt().solve(right);
+    const PoseNormal normal = NormalOf(sights, placed, scale);
+    if (normal.used < kFewestPoints) return false;
+    const Vector7 change = normal.matrix.ldlt().solve(normal.right);
     if (!change.allFinite()) return false;
     placed.pose.x += change[0];
     placed.pose.y += change[1];
@@ -224,7 +248,7 @@ bool Refine(const RingCalibration& start, const TargetScan& scan, PlacedTarget& 
     placed.pose.z += change[5];
     placed.form.radius_mm += change[6];
     scale = std::max(2.0, 0.6 * scale);
-    if (scale == 2.0 && change.head<2>().norm() < 1e-4) break;
+    if (scale == 2.0 && change.head<2>().norm() < 1e-3) break;
   }
   return true;
 }
@@ -237,19 +261,16 @@ void FindFoot(const RingCalibration& start, const TargetScan& scan, PlacedTarget
   const TargetPose first = placed.pose;
   TargetPose best = first;
   double least = std::numeric_limits<double>::infinity();
-  const std::size_t stride = std::max<std::size_t>(1, scan.readings.size() / 6'000);
+  const std::vector<Sight> sights = SightsOf(start, scan, 6'000);
   for (double down = -target.edges_mm.back() - 100.0; down <= target.height_mm; down += kTry) {
     TargetPose pose = first;
     pose.z += down;
     pose.x += down * first.slope_x;
     pose.y += down * first.slope_y;
     double cost = 0.0;
-    for (std::size_t k = 0; k < scan.readings.size(); k += stride) {
-      const TargetReading& reading = scan.readings[k];
-      if (reading.sensor >= start.sensors.size() || !(reading.range_mm > 0.0)) continue;
-      const auto hit = MeetTarget(target, placed.form, pose, start.RayOf(reading.sensor, reading.z_mm));
-      const double miss =
-          hit ? start.sensors[reading.sensor].Distance(reading.range_mm) - hit->distance : target.step_mm;
+    for (const Sight& sight : sights) {
+      const auto hit = MeetTarget(target, placed.form, pose, sight.ray);
+      const double miss = hit ? sight.distance - hit->distance : target.step_mm;
       cost += std::min(std::abs(miss), 2.0 * target.step_mm);
     }
     if (cost < least) {
@@ -261,6 +282,12 @@ void FindFoot(const RingCalibration& start, const TargetScan& scan, PlacedTarget
 }
 
 }  // namespace
+
+bool IsReading(const RingCalibration& ring, const TargetReading& reading) {
+  constexpr double kFarthest = 1e5;  // mm
+  return reading.sensor < ring.sensors.size() && reading.range_mm > 0.0 && reading.range_mm < kFarthest &&
+         std::abs(reading.z_mm) < kFarthest && reading.weight > 0.0F && std::isfinite(reading.weight);
+}
 
 std::array<bool, 6> PoseFreedom(CalibrationTarget::Kind kind) {
   switch (kind) {

@@ -18,6 +18,9 @@ struct PlacedTarget {
   [[nodiscard]] std::optional<TargetHit> Meet(const Ray& ray) const { return MeetTarget(target, form, pose, ray); }
 };
 
+/// Whether it is of the ring and has numbers that can be used: readings are what recordings say.
+[[nodiscard]] bool IsReading(const RingCalibration& ring, const TargetReading& reading);
+
 /// Which of the pose's six numbers (x, y, slope_x, slope_y, turn, z) a kind of target shows; the others keep their
 /// values.
 [[nodiscard]] std::array<bool, 6> PoseFreedom(CalibrationTarget::Kind kind);

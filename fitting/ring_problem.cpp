@@ -22,6 +22,11 @@ struct Beam {
   Eigen::Vector3d axis_x, axis_y;           ///< Axes of the pose's two tilts, station frame.
 };
 
+/// Where a carriage is at a reported height if its scale is larger by `scale`.
+Eigen::Vector3d CarriageAt(const CarriagePath& carriage, double reported_z, double scale) {
+  return carriage.At((carriage.position_scale + scale) * reported_z / carriage.position_scale);
+}
+
 Beam BeamOf(const CalibrationSetup& setup, const TargetBin& bin, const BinUnknowns& u, const Eigen::Vector2d& path) {
   const SensorCalibration& s = setup.start.sensors[bin.sensor];
   const double heading = s.theta + kPi + s.aim_lateral + u.sensor[sensor_unknown::kLateral] / kWorkingDistance;
@@ -42,10 +47,8 @@ Beam BeamOf(const CalibrationSetup& setup, const TargetBin& bin, const BinUnknow
   Beam beam;
   beam.carriage_from_ring = about_y * about_x;
   beam.in_ring = beam.carriage_from_ring * origin;
-  CarriagePath carriage = setup.start.carriage;
-  carriage.position_scale += u.ring[ring_unknown::kHeightScale];
-  const Eigen::Vector3d at =
-      carriage.At(bin.z_mm) + Eigen::Vector3d(path.x() + setup.start.pose.x_mm, path.y() + setup.start.pose.y_mm, 0.0);
+  const Eigen::Vector3d at = CarriageAt(setup.start.carriage, bin.z_mm, u.ring[ring_unknown::kHeightScale]) +
+                             Eigen::Vector3d(path.x() + setup.start.pose.x_mm, path.y() + setup.start.pose.y_mm, 0.0);
   beam.ray = {at + beam.in_ring, beam.carriage_from_ring * direction};
   beam.e_r = beam.carriage_from_ring * e_r;
   beam.e_t = beam.carriage_from_ring * e_t;
@@ -56,6 +59,13 @@ Beam BeamOf(const CalibrationSetup& setup, const TargetBin& bin, const BinUnknow
   beam.axis_x = about_y * Eigen::Vector3d::UnitX();
   beam.axis_y = Eigen::Vector3d::UnitY();
   return beam;
+}
+
+/// How the carriage goes on per mm of height, station frame.
+Eigen::Vector3d WayPerHeight(const CarriagePath& carriage, double reported_z) {
+  if (carriage.knots_z_mm.empty()) return {carriage.slope_x, carriage.slope_y, 1.0};
+  constexpr double kHalf = 0.25;  // mm
+  return (carriage.At(reported_z + kHalf) - carriage.At(reported_z - kHalf)) / (2.0 * kHalf * carriage.position_scale);
 }
 
 /// Derivatives of g·(origin + distance·direction) by sensor, ring and path, where g is a fixed vector.
@@ -72,7 +82,7 @@ void FollowBeam(const CalibrationSetup& setup, const TargetBin& bin, const Beam&
   row.by_sensor[kVertical] = distance / kWorkingDistance * g.dot(beam.by_vertical);
   row.by_ring[ring_unknown::kTiltX] = turned(beam.axis_x);
   row.by_ring[ring_unknown::kTiltY] = turned(beam.axis_y);
-  row.by_ring[ring_unknown::kHeightScale] = g.z() * bin.z_mm;
+  row.by_ring[ring_unknown::kHeightScale] = bin.z_mm * g.dot(WayPerHeight(setup.start.carriage, bin.z_mm));
   row.by_ring[ring_unknown::kPitch] = (bin.z_mm - setup.middle_z_mm) * turned(beam.axis_x);
   row.by_ring[ring_unknown::kRoll] = (bin.z_mm - setup.middle_z_mm) * turned(beam.axis_y);
 }
@@ -176,9 +186,9 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
   const CalibrationTarget& target = setup.targets[setup.scans[placement].target];
   const TargetForm form = FormOf(Eigen::Map<const FormUnknowns>(u.form));
   const TargetPose pose = PoseOf(Eigen::Map<const PoseUnknowns>(u.pose));
-  const auto [knot, share] = KnotAt(knots_z_mm, setup.start.carriage.position_scale * bin.z_mm);
-  const Eigen::Vector2d path((1.0 - share) * u.knot[0] + share * u.next_knot[0],
-                             (1.0 - share) * u.knot[1] + share * u.next_knot[1]);
+  const auto [knot, above] = KnotAt(knots_z_mm, setup.start.carriage.position_scale * bin.z_mm);
+  const Eigen::Vector2d path((1.0 - above) * u.knot[0] + above * u.next_knot[0],
+                             (1.0 - above) * u.knot[1] + above * u.next_knot[1]);
   const Beam beam = BeamOf(setup, bin, u, path);
   const SensorCalibration range = RangeOf(setup, placement, bin, u);
   row = BinRow{};
@@ -195,8 +205,8 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
     FollowRange(setup, placement, bin.range_mm, along.dot(beam.ray.direction), row);
     row.by_pose << -along.x(), -along.y(), (from.x() - along.dot(from) * along.x()) / steep,
         (from.y() - along.dot(from) * along.y()) / steep, 0.0, -along.z();
-    row.by_knot = (1.0 - share) * along.head<2>().transpose();
-    row.by_next_knot = share * along.head<2>().transpose();
+    row.by_knot = (1.0 - above) * along.head<2>().transpose();
+    row.by_next_knot = above * along.head<2>().transpose();
     row.distance = measured;
     row.cos_incidence = 1.0;
     Divide(row, bin.edge_sigma_mm);
@@ -206,17 +216,23 @@ bool EvaluateBin(const CalibrationSetup& setup, std::size_t placement, const Tar
   if (!hit) return false;
   const Eigen::Vector3d g = hit->gradient / hit->gradient.dot(beam.ray.direction);  // minus it: expected distance
   // The reading is compared, not the distance made of it: noise that went into scale and quadratic terms would bias
-  // them (errors in variables), the same way for all sensors.
+  // them (errors in variables), the same way for all sensors. It is put into mm of distance by the starting slope,
+  // which is a constant: with the solved one, a smaller scale would seem to make all residuals smaller.
   const double reading = range.ReadingOf(hit->distance);
   const double slope = range.range_scale + 2.0 * range.range_quadratic * reading;
-  row.residual = slope * (bin.range_mm - reading);
-  FollowBeam(setup, bin, beam, hit->distance, g, row);
-  FollowRange(setup, placement, reading, 1.0, row);
-  row.by_pose = -DistanceByPose(target, form, pose, beam.ray, *hit).transpose();
-  row.by_form = -DistanceByForm(target, beam.ray, *hit).transpose();
+  if (!(slope > 0.5)) return false;  // also if there is no such reading
+  const SensorCalibration& first = setup.start.sensors[bin.sensor];
+  const double first_slope = first.range_scale + 2.0 * first.range_quadratic * bin.range_mm;
+  const double share = first_slope / slope;
+  row.residual = first_slope * (bin.range_mm - reading);
+  const Eigen::Vector3d by_place = share * g;
+  FollowBeam(setup, bin, beam, hit->distance, by_place, row);
+  FollowRange(setup, placement, reading, share, row);
+  row.by_pose = -share * DistanceByPose(target, form, pose, beam.ray, *hit).transpose();
+  row.by_form = -share * DistanceByForm(target, beam.ray, *hit).transpose();
   ScaleTaper(row);
-  row.by_knot = (1.0 - share) * g.head<2>().transpose();
-  row.by_next_knot = share * g.head<2>().transpose();
+  row.by_knot = (1.0 - above) * by_place.head<2>().transpose();
+  row.by_next_knot = above * by_place.head<2>().transpose();
   row.distance = hit->distance;
   row.cos_incidence = hit->cos_incidence;
   row.phi = hit->phi;

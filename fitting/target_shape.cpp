@@ -16,12 +16,45 @@ using Kind = CalibrationTarget::Kind;
 /// sd of the spot across a step's edge, mm: the edge of a 2 mm spot with even light.
 constexpr double kEdgeBlur = 0.5;
 constexpr int kNewtonSteps = 4;
-constexpr double kSettled = 1e-10;  // mm
+constexpr double kSettled = 1e-5;  // mm; the error after such a step is its square over the radius
+
+/// cos and sin of k phi, k = 2 … 8, by the addition theorem: sines and cosines are most of a solve's time otherwise.
+struct Harmonics {
+  std::array<double, TargetForm::kOrders> cosine, sine;
+  Harmonics(double cos_phi, double sin_phi) {
+    double c = cos_phi;
+    double s = sin_phi;
+    for (std::size_t k = 0; k < TargetForm::kOrders; ++k) {
+      const double turned = c * cos_phi - s * sin_phi;
+      s = s * cos_phi + c * sin_phi;
+      c = turned;
+      cosine[k] = c;
+      sine[k] = s;
+    }
+  }
+  [[nodiscard]] double Sum(const TargetForm& form) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < TargetForm::kOrders; ++k) {
+      sum += form.cosine_mm[k] * cosine[k] + form.sine_mm[k] * sine[k];
+    }
+    return sum;
+  }
+  [[nodiscard]] double Slope(const TargetForm& form) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < TargetForm::kOrders; ++k) {
+      const auto order = static_cast<double>(k + TargetForm::kFirstOrder);
+      sum += order * (form.sine_mm[k] * cosine[k] - form.cosine_mm[k] * sine[k]);
+    }
+    return sum;
+  }
+};
 
 /// A column's axis, and the directions that its angle is counted from.
 struct Axis {
   Eigen::Vector3d point, along, right, ahead;
-  explicit Axis(const TargetPose& pose) : point(pose.x, pose.y, pose.z) {
+  double cos_turn, sin_turn;
+  explicit Axis(const TargetPose& pose)
+      : point(pose.x, pose.y, pose.z), cos_turn(std::cos(pose.turn)), sin_turn(std::sin(pose.turn)) {
     along = Eigen::Vector3d(pose.slope_x, pose.slope_y, 1.0).normalized();
     right = (Eigen::Vector3d::UnitX() - along.x() * along).normalized();
     ahead = along.cross(right);
@@ -46,21 +79,23 @@ std::pair<double, double> StepAt(const CalibrationTarget& target, double along) 
 struct Outside {
   double by = 0.0;
   Eigen::Vector3d gradient;
-  double phi = 0.0, along = 0.0;
+  double cos_phi = 1.0, sin_phi = 0.0, along = 0.0;
 };
 
-Outside OutsideColumn(const CalibrationTarget& target, const TargetForm& form, const TargetPose& pose, const Axis& axis,
+Outside OutsideColumn(const CalibrationTarget& target, const TargetForm& form, const Axis& axis,
                       const Eigen::Vector3d& at) {
   const Eigen::Vector3d from = at - axis.point;
   Outside out;
   out.along = from.dot(axis.along);
   const double a = from.dot(axis.right);
   const double b = from.dot(axis.ahead);
-  const double distance = std::hypot(a, b);
-  out.phi = std::atan2(b, a) - pose.turn;
+  const double distance = std::sqrt(a * a + b * b);
+  out.cos_phi = (a * axis.cos_turn + b * axis.sin_turn) / distance;
+  out.sin_phi = (b * axis.cos_turn - a * axis.sin_turn) / distance;
   const Eigen::Vector3d e_r = (a * axis.right + b * axis.ahead) / distance;
   const Eigen::Vector3d e_phi = axis.along.cross(e_r);
-  double radius = form.radius_mm + form.taper * out.along + form.OutOfRound(out.phi);
+  const Harmonics harmonics(out.cos_phi, out.sin_phi);
+  double radius = form.radius_mm + form.taper * out.along + harmonics.Sum(form);
   double rise = form.taper;
   if (target.kind == Kind::kStep) {
     const auto [share, slope] = StepAt(target, out.along);
@@ -68,7 +103,7 @@ Outside OutsideColumn(const CalibrationTarget& target, const TargetForm& form, c
     rise += target.step_mm * slope;
   }
   out.by = distance - radius;
-  out.gradient = e_r - form.OutOfRoundSlope(out.phi) / distance * e_phi - rise * axis.along;
+  out.gradient = e_r - harmonics.Slope(form) / distance * e_phi - rise * axis.along;
   return out;
 }
 
@@ -97,7 +132,7 @@ std::optional<TargetHit> MeetColumn(const CalibrationTarget& target, const Targe
   }
   Outside out;
   for (int step = 0; step < kNewtonSteps; ++step) {
-    out = OutsideColumn(target, form, pose, axis, ray.origin + distance * ray.direction);
+    out = OutsideColumn(target, form, axis, ray.origin + distance * ray.direction);
     const double speed = out.gradient.dot(ray.direction);
     // Beside a blurred edge the surface is nearly a ledge: one damped step is as good as the blur itself.
     if (!(speed < -0.05)) return std::nullopt;
@@ -106,7 +141,15 @@ std::optional<TargetHit> MeetColumn(const CalibrationTarget& target, const Targe
     if (std::abs(change) < kSettled) break;
   }
   const double steepness = out.gradient.norm();
-  return TargetHit{distance, out.gradient, out.phi, out.along, -out.gradient.dot(ray.direction) / steepness};
+  TargetHit hit;
+  hit.distance = distance;
+  hit.gradient = out.gradient;
+  hit.phi = std::atan2(out.sin_phi, out.cos_phi);
+  hit.cos_phi = out.cos_phi;
+  hit.sin_phi = out.sin_phi;
+  hit.along = out.along;
+  hit.cos_incidence = -out.gradient.dot(ray.direction) / steepness;
+  return hit;
 }
 
 std::optional<TargetHit> MeetSphere(const TargetForm& form, const TargetPose& pose, const Ray& ray) {
@@ -117,7 +160,11 @@ std::optional<TargetHit> MeetSphere(const TargetForm& form, const TargetPose& po
   if (!(discriminant > 0.0)) return std::nullopt;
   const double distance = -half_b - std::sqrt(discriminant);
   const Eigen::Vector3d normal = (o + distance * ray.direction).normalized();
-  return TargetHit{distance, normal, 0.0, 0.0, -normal.dot(ray.direction)};
+  TargetHit hit;
+  hit.distance = distance;
+  hit.gradient = normal;
+  hit.cos_incidence = -normal.dot(ray.direction);
+  return hit;
 }
 
 /// The unit normal of a board, and its derivatives by turn and slope_x.
@@ -140,28 +187,18 @@ std::optional<TargetHit> MeetPlane(const TargetForm& form, const TargetPose& pos
   if (!(speed < -0.05)) return std::nullopt;
   const double distance = (std::abs(height) - form.radius_mm) / -speed;
   if (!(distance > 0.0)) return std::nullopt;
-  return TargetHit{distance, facing, 0.0, 0.0, -speed};
+  TargetHit hit;
+  hit.distance = distance;
+  hit.gradient = facing;
+  hit.cos_incidence = -speed;
+  return hit;
 }
 
 }  // namespace
 
-double TargetForm::OutOfRound(double phi) const {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < kOrders; ++k) {
-    const double angle = static_cast<double>(k + kFirstOrder) * phi;
-    sum += cosine_mm[k] * std::cos(angle) + sine_mm[k] * std::sin(angle);
-  }
-  return sum;
-}
+double TargetForm::OutOfRound(double phi) const { return Harmonics(std::cos(phi), std::sin(phi)).Sum(*this); }
 
-double TargetForm::OutOfRoundSlope(double phi) const {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < kOrders; ++k) {
-    const auto order = static_cast<double>(k + kFirstOrder);
-    sum += order * (sine_mm[k] * std::cos(order * phi) - cosine_mm[k] * std::sin(order * phi));
-  }
-  return sum;
-}
+double TargetForm::OutOfRoundSlope(double phi) const { return Harmonics(std::cos(phi), std::sin(phi)).Slope(*this); }
 
 std::optional<TargetHit> MeetTarget(const CalibrationTarget& target, const TargetForm& form, const TargetPose& pose,
                                     const Ray& ray) {
@@ -197,7 +234,7 @@ Eigen::Matrix<double, 6, 1> DistanceByPose(const CalibrationTarget& target, cons
       const Eigen::Vector3d change = (unit - along.dot(unit) * along) / raw.norm();
       by[2 + k] = hit.gradient.dot(along.cross(change).cross(from));
     }
-    by[4] = -form.OutOfRoundSlope(hit.phi);
+    by[4] = -Harmonics(hit.cos_phi, hit.sin_phi).Slope(form);
   }
   return by / speed;
 }
@@ -210,10 +247,10 @@ Eigen::Matrix<double, 2 + 2 * static_cast<int>(TargetForm::kOrders), 1> Distance
   by[0] = 1.0;
   if (target.kind == Kind::kCylinder || target.kind == Kind::kStep) {
     by[1] = hit.along;
+    const Harmonics harmonics(hit.cos_phi, hit.sin_phi);
     for (std::size_t k = 0; k < TargetForm::kOrders; ++k) {
-      const double angle = static_cast<double>(k + TargetForm::kFirstOrder) * hit.phi;
-      by[2 + 2 * static_cast<Eigen::Index>(k)] = std::cos(angle);
-      by[3 + 2 * static_cast<Eigen::Index>(k)] = std::sin(angle);
+      by[2 + 2 * static_cast<Eigen::Index>(k)] = harmonics.cosine[k];
+      by[3 + 2 * static_cast<Eigen::Index>(k)] = harmonics.sine[k];
     }
   }
   return by / hit.gradient.dot(ray.direction);

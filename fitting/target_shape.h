@@ -41,7 +41,8 @@ struct TargetHit {
   double distance = 0.0;     ///< mm along the beam.
   Eigen::Vector3d gradient;  ///< Of the target's implicit function, outwards; nearly of unit length.
   double phi = 0.0;          ///< rad, the target's own angle there; 0 for planes.
-  double along = 0.0;        ///< mm along the axis from the pose's point.
+  double cos_phi = 1.0, sin_phi = 0.0;
+  double along = 0.0;  ///< mm along the axis from the pose's point.
   double cos_incidence = 0.0;
 };
 

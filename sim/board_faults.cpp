@@ -76,6 +76,15 @@ std::optional<nanoseconds> BoardFaults::StuckSince(std::size_t sensor, nanosecon
   return std::nullopt;
 }
 
+std::optional<std::size_t> BoardFaults::WiredTo(std::size_t channel, nanoseconds fire) const {
+  for (const BoardFault& fault : faults_) {
+    if (fault.kind == Kind::kWiring && fault.Holds(fire) && fault.Meets(channel)) {
+      return static_cast<std::size_t>(fault.value) + channel - fault.first_sensor;
+    }
+  }
+  return std::nullopt;
+}
+
 void BoardFaults::Spoil(LevelFrame& level, nanoseconds fire, std::uint64_t bits) const {
   for (std::size_t number = 0; number < faults_.size(); ++number) {
     const BoardFault& fault = faults_[number];

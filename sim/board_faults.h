@@ -12,21 +12,22 @@ namespace annulus::sim {
 
 /// What can go wrong with a board, its clock, its sensors.
 enum class BoardFaultKind {
-  kStuck,        ///< Sensors say for ever what was true at the beginning; 500 mm if there was nothing to see.
-  kNoReturn,     ///< Sensors see nothing in a share `value` of the levels.
-  kSpikes,       ///< In a share `value` of the levels they are wrong by 0.2 … 1 times `size_mm`, either sign alike.
-  kDrift,        ///< Their zero moves by `value` mm/s; what it has moved stays.
-  kDead,         ///< Sensors see nothing.
-  kSilent,       ///< The board sends no levels.
-  kLate,         ///< Levels leave the board `value` level periods late.
-  kClockStuck,   ///< Its clock stands, and goes on from there.
-  kClockJump,    ///< Its clock jumps by `value` seconds.
-  kClockWrap,    ///< Its clock is set so that 32 bits of microseconds wrap `value` seconds later.
-  kProtocol,     ///< It says that it speaks protocol version `value`.
-  kFirmware,     ///< It says that its firmware has the major version `value`.
-  kPlace,        ///< It says that its first sensor is `value`.
-  kSerial,       ///< It says that its serial number is `value`.
-  kEmitterFault  ///< The emitters' power is outside its limits, says its supervision.
+  kStuck,         ///< Sensors say for ever what was true at the beginning; 500 mm if there was nothing to see.
+  kNoReturn,      ///< Sensors see nothing in a share `value` of the levels.
+  kSpikes,        ///< In a share `value` of the levels they are wrong by 0.2 … 1 times `size_mm`, either sign alike.
+  kDrift,         ///< Their zero moves by `value` mm/s; what it has moved stays.
+  kDead,          ///< Sensors see nothing.
+  kSilent,        ///< The board sends no levels.
+  kLate,          ///< Levels leave the board `value` level periods late.
+  kClockStuck,    ///< Its clock stands, and goes on from there.
+  kClockJump,     ///< Its clock jumps by `value` seconds.
+  kClockWrap,     ///< Its clock is set so that 32 bits of microseconds wrap `value` seconds later.
+  kProtocol,      ///< It says that it speaks protocol version `value`.
+  kFirmware,      ///< It says that its firmware has the major version `value`.
+  kPlace,         ///< It says that its first sensor is `value`.
+  kSerial,        ///< It says that its serial number is `value`.
+  kEmitterFault,  ///< The emitters' power is outside its limits, says its supervision.
+  kWiring         ///< Its channels are wired to the ring's sensors from `value` on.
 };
 
 struct BoardFault {
@@ -56,6 +57,8 @@ class BoardFaults {
   /// Since when a sensor is stuck, at `fire`.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> StuckSince(std::size_t sensor,
                                                                    std::chrono::nanoseconds fire) const;
+  /// The ring's sensor that a channel reads at `fire`, if it is another one than its own.
+  [[nodiscard]] std::optional<std::size_t> WiredTo(std::size_t channel, std::chrono::nanoseconds fire) const;
   /// Readings and status of a level that fired at `fire`; `bits` are random ones of the level.
   void Spoil(LevelFrame& level, std::chrono::nanoseconds fire, std::uint64_t bits) const;
   /// The value of the newest fault of this kind that holds.

@@ -1,5 +1,6 @@
 #include "sim/booth.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/ensure.h"
@@ -17,6 +18,13 @@ AxisDriveOptions Seeded(AxisDriveOptions options, std::uint64_t seed) {
   return options;
 }
 
+/// The ring as it really is, at the temperature that its boards have.
+RingCalibration TrueRing(const BoothOptions& options) {
+  const RingCalibration ring =
+      options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm);
+  return ring.range_mm_per_c == 0.0 ? ring : ring.AtTemperature(options.board.temperature_c);
+}
+
 std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
   ENSURE(subject != nullptr, "somebody stands in the booth");
   return subject;
@@ -26,24 +34,30 @@ std::unique_ptr<Subject> Present(std::unique_ptr<Subject> subject) {
 
 BoothDevices::BoothDevices(BoothOptions options, Clock& clock)
     : subject_(Present(std::move(options.subject))),
-      calibration_(options.calibration ? *options.calibration : RingCalibration::Ideal(options.ring_radius_mm)),
+      calibration_(TrueRing(options)),
       beam_(options.beam),
       drive_(Seeded(options.axis, options.seed), clock),
       world_{*subject_, beam_, calibration_, drive_, 2.0 * options.ring_radius_mm},
       safety_({}, clock) {
   ENSURE(calibration_.sensors.size() == kBoards * kSensorsPerBoard, "a booth's ring has 180 sensors");
-  for (std::size_t i = 0; i < kBoards; ++i) {
-    RingBoardOptions board = options.board;
-    board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
-    board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
-    board.seed = MixSeed(options.seed, kForBoards);
-    boards_.push_back(std::make_unique<RingBoardModel>(board, world_, sync_, clock));
+  const std::size_t boards = kBoards + (options.reference.empty() ? 0 : 1);
+  for (std::size_t i = 0; i < boards; ++i) {
+    boards_.push_back(std::make_unique<RingBoardModel>(BoardAt(i, options), world_, sync_, clock));
   }
   if (options.hardwired) {
     safety_.Wire(drive_);
     drive_.Wire(safety_);
   }
   if (options.can_buses > 0) HangOnCan(options, clock);
+}
+
+RingBoardOptions BoothDevices::BoardAt(std::size_t index, const BoothOptions& options) {
+  RingBoardOptions board = options.board;
+  board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(index);
+  board.first_sensor = static_cast<std::uint16_t>(index * kSensorsPerBoard);
+  board.seed = MixSeed(options.seed, kForBoards);
+  if (index == kReference) board.reference = options.reference;
+  return board;
 }
 
 void BoothDevices::HangOnCan(const BoothOptions& options, Clock& clock) {
@@ -54,16 +68,14 @@ void BoothDevices::HangOnCan(const BoothOptions& options, Clock& clock) {
     can_wires_.push_back(std::make_unique<CanWire>(wire, clock));
     can_hosts_.push_back(&can_wires_.back()->Connect("can" + std::to_string(bus)));
   }
-  for (std::size_t i = 0; i < kBoards; ++i) {
+  for (std::size_t i = 0; i < boards_.size(); ++i) {
     CanBoardOptions board;
-    board.board = options.board;
-    board.board.serial = kFirstBoardSerial + static_cast<std::uint32_t>(i);
-    board.board.first_sensor = static_cast<std::uint16_t>(i * kSensorsPerBoard);
-    board.board.seed = MixSeed(options.seed, kForBoards);
+    board.board = BoardAt(i, options);
     board.node = static_cast<NodeId>(i + 1);
     board.fd = options.can_fd;
     can_boards_.push_back(std::make_unique<CanBoardModel>(board, world_, can_sync_, clock.Now()));
-    can_wires_[i * options.can_buses / kBoards]->Attach(*can_boards_.back());
+    // The reference board is the last on the last bus.
+    can_wires_[std::min(i, kBoards - 1) * options.can_buses / kBoards]->Attach(*can_boards_.back());
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/reference_sensor.h"
 #include "base/ring_calibration.h"
 #include "firmware_iface/can_bus.h"
 #include "firmware_iface/modbus_link.h"
@@ -27,7 +28,8 @@ struct BoothOptions {
   BeamOptions beam;
   double ring_radius_mm = 600.0;
   std::uint64_t seed = 1;
-  std::optional<RingCalibration> calibration;  ///< True geometry, 180 sensors; ideal unless given.
+  /// True geometry at its reference temperature, 180 sensors; ideal unless given. The boards have board.temperature_c.
+  std::optional<RingCalibration> calibration;
   /// Wires the drive's inputs and brake to the safety chain, as in a real booth: it can be enabled only after somebody
   /// has pressed the reset button and the program keeps the chain's enable alive. Off, because the scanner does not
   /// serve the interlock yet: nobody would press reset.
@@ -38,14 +40,18 @@ struct BoothOptions {
   std::size_t can_buses = 0;
   bool can_fd = false;      ///< FD buses, and boards that send one frame a level.
   CanWireOptions can_wire;  ///< Of each bus; `fd` is set by can_fd.
+  /// Sensors at the wall, on a thirteenth board; empty: there is none.
+  std::vector<ReferenceSensor> reference;
 };
 
-/// What stands in a simulated booth: subject, ring of 12 boards, axis, seen only through the bus seams. On a manual
-/// clock it runs in virtual time, on the system's clock it can serve other programs. Borrows the clock. Thread-bound;
-/// not movable, because its parts borrow each other.
+/// What stands in a simulated booth: subject, ring of 12 boards, perhaps a reference board, axis, seen only through the
+/// bus seams. On a manual clock it runs in virtual time, on the system's clock it can serve other programs. Borrows the
+/// clock. Thread-bound; not movable, because its parts borrow each other.
 class BoothDevices {
  public:
-  static constexpr std::size_t kBoards = 12;
+  static constexpr std::size_t kBoards = 12;          ///< Of the ring.
+  static constexpr std::size_t kReference = kBoards;  ///< Index of the reference board, where there is one.
+  static constexpr std::uint32_t kReferenceSerial = 1013;
 
   BoothDevices(BoothOptions options, Clock& clock);
   BoothDevices(const BoothDevices&) = delete;
@@ -59,6 +65,7 @@ class BoothDevices {
   [[nodiscard]] SafetyChain& safety() { return safety_; }
 
   /// For judging: what is really so.
+  [[nodiscard]] std::size_t board_count() const { return boards_.size(); }
   [[nodiscard]] AxisDriveModel& drive() { return drive_; }
   [[nodiscard]] RingBoardModel& board(std::size_t index) { return *boards_.at(index); }
   [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return *can_boards_.at(index); }
@@ -69,6 +76,8 @@ class BoothDevices {
   [[nodiscard]] const Subject& subject() const { return *subject_; }
 
  private:
+  /// What stands in place `index` of the booth.
+  [[nodiscard]] static RingBoardOptions BoardAt(std::size_t index, const BoothOptions& options);
   void HangOnCan(const BoothOptions& options, Clock& clock);
 
   std::unique_ptr<Subject> subject_;
@@ -99,6 +108,7 @@ class Booth {
   [[nodiscard]] SafetyChain& safety() { return devices_.safety(); }
 
   /// For judging: what is really so.
+  [[nodiscard]] std::size_t board_count() const { return devices_.board_count(); }
   [[nodiscard]] AxisDriveModel& drive() { return devices_.drive(); }
   [[nodiscard]] RingBoardModel& board(std::size_t index) { return devices_.board(index); }
   [[nodiscard]] CanBoardModel& can_board(std::size_t index) { return devices_.can_board(index); }

@@ -80,7 +80,11 @@ std::vector<std::size_t> CanFaultActor::BusesOf(const Fault& fault) const {
 }
 
 std::size_t CanFaultActor::BusOfBoard(std::size_t board) const {
-  return board * faulty_.size() / BoothDevices::kBoards;
+  return std::min(board, BoothDevices::kBoards - 1) * faulty_.size() / BoothDevices::kBoards;
+}
+
+bool CanFaultActor::HasBoard(const Fault& fault) const {
+  return !faulty_.empty() && fault.Whole(FaultArg::kBoard) < ground_.booth.board_count();
 }
 
 void CanFaultActor::Begin(std::size_t number, const Fault& fault, nanoseconds from, nanoseconds to) {
@@ -94,7 +98,7 @@ void CanFaultActor::Begin(std::size_t number, const Fault& fault, nanoseconds fr
     case Kind::kCanBoardHangs:
     case Kind::kCanEmergency:
     case Kind::kCanSameNode:
-      if (!faulty_.empty()) BeginOnBoard(fault, from, to);
+      if (HasBoard(fault)) BeginOnBoard(fault, from, to);
       return;
     default:
       for (const std::size_t bus : BusesOf(fault)) BeginOnBus(bus, fault, from, to);
@@ -184,7 +188,7 @@ void CanFaultActor::End(std::size_t number, const Fault& fault, nanoseconds time
   if (EndsInTime(fault)) return;
   switch (fault.kind) {
     case Kind::kCanBoardOff:
-      if (!faulty_.empty()) ground_.booth.can_board(fault.Whole(FaultArg::kBoard)).PowerOnAt(time);
+      if (HasBoard(fault)) ground_.booth.can_board(fault.Whole(FaultArg::kBoard)).PowerOnAt(time);
       return;
     case Kind::kCanBusOff:
       for (const std::size_t bus : BusesOf(fault)) ground_.booth.can_wire(bus).DisturbBetween(time, time);

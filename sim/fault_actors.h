@@ -80,7 +80,8 @@ class UsbFaultActor final : public FaultActor {
   [[nodiscard]] const UsbFaultLog& log(std::size_t board) const { return log_.at(board); }
 
  private:
-  static constexpr std::size_t kBoards = BoothDevices::kBoards;
+  static constexpr std::size_t kMostBoards = BoothDevices::kBoards + 1;
+  [[nodiscard]] std::size_t boards() const { return ground_.booth.board_count(); }
   void Unplug(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void Plug(const Fault& fault, std::chrono::nanoseconds time);
   /// Unplugs what is to be unplugged, now that it is known whether the bus or the ports are used.
@@ -92,10 +93,10 @@ class UsbFaultActor final : public FaultActor {
 
   FaultGround ground_;
   HoldingFaults holding_;
-  std::array<UsbFaultPlan, kBoards> plan_;
-  std::array<UsbFaultLog, kBoards> log_;
-  std::array<UsbIdentity, kBoards> identity_;
-  std::array<bool, kBoards> to_plug_{};
+  std::array<UsbFaultPlan, kMostBoards> plan_;
+  std::array<UsbFaultLog, kMostBoards> log_;
+  std::array<UsbIdentity, kMostBoards> identity_;
+  std::array<bool, kMostBoards> to_plug_{};
   struct WaitingPlug {
     std::size_t board = 0;
     std::chrono::nanoseconds unplug{0};
@@ -131,6 +132,8 @@ class CanFaultActor final : public FaultActor {
   void Rebuild();
   [[nodiscard]] std::vector<std::size_t> BusesOf(const Fault& fault) const;
   [[nodiscard]] std::size_t BusOfBoard(std::size_t board) const;
+  /// Whether the board that the fault names is there, and hangs on CAN.
+  [[nodiscard]] bool HasBoard(const Fault& fault) const;
 
   FaultGround ground_;
   HoldingFaults holding_;
@@ -190,6 +193,9 @@ class ModelFaultActor final : public FaultActor {
   void BeginOnAxis(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void BeginOnBoards(std::size_t number, const Fault& fault, std::chrono::nanoseconds from,
                      std::chrono::nanoseconds to);
+  /// Puts a fault on a board, on every bus that it hangs on.
+  void Damage(std::size_t number, std::size_t board, const BoardFault& fault);
+  void SwapSensors(std::size_t number, const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void BeginOnChain(const Fault& fault, std::chrono::nanoseconds from, std::chrono::nanoseconds to);
   void DamageChain(const Fault& fault);
   void EndOnChain(const Fault& fault, std::chrono::nanoseconds time);

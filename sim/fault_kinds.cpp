@@ -36,7 +36,8 @@ Rules operator+(Rules a, const Rules& b) {
   return a;
 }
 
-constexpr FaultArgRule kBoard = May(Arg::kBoard, 0, 11);
+/// 12 is the reference board, where there is one.
+constexpr FaultArgRule kBoard = May(Arg::kBoard, 0, 12);
 constexpr FaultArgRule kShare = Or(Arg::kShare, 0.0, 1.0, 1.0);
 constexpr FaultArgRule kCount = May(Arg::kCount, 1, 1e9);
 
@@ -65,7 +66,7 @@ std::vector<FaultKindTraits> UsbKinds() {
 std::vector<FaultKindTraits> CanKinds() {
   const FaultArgRule bus = May(Arg::kBus, 0, 11);
   const Rules spoiled{bus, kShare};
-  const Rules one_board{Must(Arg::kBoard, 0, 11)};
+  const Rules one_board{Must(Arg::kBoard, 0, 12)};
   return {
       {Kind::kCanLose, Target::kCan, "lose", Span::kAny, spoiled},
       {Kind::kCanRepeat, Target::kCan, "repeat", Span::kAny, spoiled},
@@ -160,6 +161,11 @@ std::vector<FaultKindTraits> SensorsKinds() {
        Span::kAny,
        {Must(Arg::kBoard, 0, 11), Must(Arg::kSensor, 0, 65'535)}},
       {Kind::kSensorsEmitterFault, Target::kSensors, "emitter_fault", Span::kAny, board},
+      {Kind::kSensorsSwapped,
+       Target::kSensors,
+       "swapped",
+       Span::kAny,
+       {Must(Arg::kSensor, 0, 179), Must(Arg::kOther, 0, 179), Or(Arg::kSensors, 1, 90, 1)}},
   };
 }
 

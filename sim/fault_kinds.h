@@ -95,6 +95,7 @@ enum class FaultKind {
   kSensorsFirmware,
   kSensorsPlace,
   kSensorsEmitterFault,
+  kSensorsSwapped,
   // chain
   kChainEstop,
   kChainOpen,
@@ -137,8 +138,8 @@ inline constexpr std::size_t kFaultKinds = static_cast<std::size_t>(FaultKind::k
 
 /// An argument; its name carries the unit.
 enum class FaultArg {
-  kBoard,   ///< Of the ring, by its place, 0 first.
-  kOther,   ///< A second board.
+  kBoard,   ///< Of the ring, by its place, 0 first; 12: the reference board.
+  kOther,   ///< A second board, or sensor.
   kBus,     ///< CAN bus, 0 first.
   kSensor,  ///< Of the ring, 0 first.
   kSensors,

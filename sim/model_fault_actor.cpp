@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "base/ensure.h"
 #include "firmware_iface/interlock.h"
@@ -182,18 +183,42 @@ void ModelFaultActor::BeginOnAxis(const Fault& fault, nanoseconds from, nanoseco
   }
 }
 
+void ModelFaultActor::Damage(std::size_t number, std::size_t board, const BoardFault& fault) {
+  std::vector<BoardFaults*> models{&ground_.booth.board(board).faults()};
+  if (!ground_.booth.can_buses().empty()) models.push_back(&ground_.booth.can_board(board).faults());
+  for (BoardFaults* model : models) on_boards_[number].push_back({model, model->Add(fault)});
+}
+
+void ModelFaultActor::SwapSensors(std::size_t number, const Fault& fault, nanoseconds from, nanoseconds to) {
+  constexpr std::uint64_t kSensors = BoothDevices::kBoards * kSensorsPerBoard;
+  const std::uint64_t one = fault.Whole(FaultArg::kSensor);
+  const std::uint64_t other = fault.Whole(FaultArg::kOther);
+  const std::uint64_t count = std::min(fault.Whole(FaultArg::kSensors), kSensors - std::max(one, other));
+  for (const auto& [channels, sensors] : {std::pair{one, other}, std::pair{other, one}}) {
+    for (std::uint64_t k = 0; k < count; ++k) {
+      BoardFault wiring;
+      wiring.kind = BoardFaultKind::kWiring;
+      wiring.from = from;
+      wiring.to = to;
+      wiring.first_sensor = (channels + k) % kSensorsPerBoard;
+      wiring.sensors = 1;
+      wiring.value = static_cast<double>(sensors + k);
+      Damage(number, (channels + k) / kSensorsPerBoard, wiring);
+    }
+  }
+}
+
 void ModelFaultActor::BeginOnBoards(std::size_t number, const Fault& fault, nanoseconds from, nanoseconds to) {
+  if (fault.kind == Kind::kSensorsSwapped) return SwapSensors(number, fault, from, to);
   BoardFault on_board = BoardFaultOf(fault);
   on_board.from = from;
   on_board.to = to;
-  for (std::size_t board = 0; board < BoothDevices::kBoards; ++board) {
+  for (std::size_t board = 0; board < ground_.booth.board_count(); ++board) {
     const SensorSpan span = SensorsOf(fault, board);
     if (span.count == 0) continue;
     on_board.first_sensor = span.first;
     on_board.sensors = span.count;
-    std::vector<BoardFaults*> models{&ground_.booth.board(board).faults()};
-    if (!ground_.booth.can_buses().empty()) models.push_back(&ground_.booth.can_board(board).faults());
-    for (BoardFaults* model : models) on_boards_[number].push_back({model, model->Add(on_board)});
+    Damage(number, board, on_board);
   }
 }
 

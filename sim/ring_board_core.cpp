@@ -1,11 +1,21 @@
 #include "sim/ring_board_core.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace annulus::sim {
 
 using std::chrono::nanoseconds;
+
+namespace {
+
+/// What a beam from the wall meets of the ring: half its height, and what it is wider than its sensors' circle.
+constexpr double kRingHalfHeightMm = 40.0;
+constexpr double kRingWallMm = 50.0;
+
+}  // namespace
 
 nanoseconds ShareOf(nanoseconds whole, double share) {
   return nanoseconds(std::llround(static_cast<double>(whole.count()) * share));
@@ -52,7 +62,20 @@ nanoseconds RingBoardCore::ReadyTime(std::uint32_t sequence, nanoseconds fire, d
          ShareOf(options_.frame_jitter, UnitFromBits(LevelBits(sequence, BoardDraw::kArrival)));
 }
 
+BeamReading RingBoardCore::LookFromWall(std::size_t channel, nanoseconds time, std::mt19937_64& random) const {
+  const auto& sensors = options_.reference;
+  const auto sensor =
+      std::find_if(sensors.begin(), sensors.end(), [&](const ReferenceSensor& one) { return one.channel == channel; });
+  if (sensor == sensors.end()) return {std::numeric_limits<double>::quiet_NaN(), 0};
+  const double time_s = static_cast<double>(time.count()) * 1e-9;
+  const BeamReading seen = world_.beam.Measure(world_.subject, RayOf(*sensor), time_s, world_.max_range_mm, random);
+  const double to_ring_mm = sensor->distance_mm - world_.ring.sensors.front().radius_mm - kRingWallMm;
+  const bool hidden = std::abs(world_.axis.TrueZ(time) - sensor->height_mm) < kRingHalfHeightMm;
+  return hidden && to_ring_mm > 0.0 ? BeamReading{to_ring_mm, 255} : seen;
+}
+
 BeamReading RingBoardCore::Look(std::size_t sensor, nanoseconds time, std::mt19937_64& random) const {
+  if (!options_.reference.empty()) return LookFromWall(sensor - options_.first_sensor, time, random);
   const Ray ray = world_.ring.RayOf(sensor, world_.axis.TrueZ(time));
   const double time_s = static_cast<double>(time.count()) * 1e-9;
   return world_.beam.Measure(world_.subject, ray, time_s, world_.max_range_mm, random);
@@ -65,9 +88,11 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
   frame.board_serial = options_.serial;
   frame.sequence = sequence;
   frame.device_time = DeviceTime(fire);
-  frame.temperature_centi_c = static_cast<std::int16_t>(3000 + BoardBits(BoardDraw::kTemperature) % 200);
+  // Boards of one ring differ by up to a degree to either side.
+  frame.temperature_centi_c = static_cast<std::int16_t>(std::lround(100.0 * options_.temperature_c) - 100 +
+                                                        static_cast<long>(BoardBits(BoardDraw::kTemperature) % 200));
   for (std::size_t i = 0; i < kSensorsPerBoard; ++i) {
-    const std::size_t sensor = options_.first_sensor + i;
+    const std::size_t sensor = faults_.WiredTo(i, fire).value_or(options_.first_sensor + i);
     BeamReading reading = Look(sensor, fire, random);
     if (const auto stuck = faults_.StuckSince(i, fire)) {
       std::mt19937_64 then(MixSeed(BoardBits(BoardDraw::kStuck), sensor));
@@ -75,8 +100,9 @@ LevelFrame RingBoardCore::Measure(std::uint32_t sequence, nanoseconds fire) cons
       if (std::isnan(reading.range_mm)) reading = kStuckInTheAir;
     }
     // The sensor's own zero and scale are what calibration takes out again (RingCalibration::PointOf).
-    const SensorCalibration& own = world_.ring.sensors[sensor];
-    const double raw_um = std::round(own.ReadingOf(reading.range_mm) * 1000.0);
+    const bool of_ring = options_.reference.empty();
+    const double raw_mm = of_ring ? world_.ring.sensors[sensor].ReadingOf(reading.range_mm) : reading.range_mm;
+    const double raw_um = std::round(raw_mm * 1000.0);
     const bool returned = raw_um >= 0.0 && raw_um < static_cast<double>(kNoReturn);
     frame.range_um[i] = returned ? static_cast<std::uint32_t>(raw_um) : kNoReturn;
     frame.quality[i] = returned ? reading.quality : std::uint8_t{0};

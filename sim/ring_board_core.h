@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cstdint>
 #include <random>
+#include <vector>
 
+#include "base/reference_sensor.h"
 #include "firmware_iface/usb_frame_codec.h"
 #include "sim/board_faults.h"
 #include "sim/world.h"
@@ -37,6 +39,9 @@ struct RingBoardOptions {
   double split_share = 0.2;                                                 ///< Frames that arrive in two transfers.
   std::uint32_t max_level_rate_mhz = 100'000;  ///< Highest level rate that a board on USB takes, mHz.
   std::size_t fifo_frames = 64;                ///< Frames kept while nobody asks; then the newest is lost.
+  double temperature_c = 31.0;                 ///< Of the ring, degrees Celsius; what boards report lies within 1.
+  /// Of a reference board: where its sensors stand; channels without one see nothing. Empty: a board of the ring.
+  std::vector<ReferenceSensor> reference;
 };
 
 /// What every board says of itself, on any bus.
@@ -91,6 +96,9 @@ class RingBoardCore {
  private:
   /// What a sensor reads at a time.
   [[nodiscard]] BeamReading Look(std::size_t sensor, std::chrono::nanoseconds time, std::mt19937_64& random) const;
+  /// The same of a channel of a reference board: the ring itself gets in the way when it passes.
+  [[nodiscard]] BeamReading LookFromWall(std::size_t channel, std::chrono::nanoseconds time,
+                                         std::mt19937_64& random) const;
 
   RingBoardOptions options_;
   World& world_;

@@ -59,37 +59,61 @@ std::vector<RoundnessWave> RandomRoundness(double largest_mm, std::uint64_t seed
   return waves;
 }
 
+namespace {
+
+std::string ColumnTrouble(const CalibrationTarget& target, double radius_mm) {
+  if (target.kind != Kind::kStep) return {};
+  if (!(target.step_mm > 0.0)) return "a step target has no step";
+  if (target.edges_mm.empty()) return "a step target has no edges";
+  double low = 0.0;
+  for (const double edge : target.edges_mm) {
+    if (!(edge > low && edge < target.height_mm)) return "its edges do not ascend between foot and top";
+    low = edge;
+  }
+  return target.step_mm < radius_mm ? "" : "its step is larger than its radius";
+}
+
+std::string RoundTrouble(const CalibrationTarget& target, const TargetTruth& truth) {
+  const double radius_mm = truth.radius_mm.value_or(target.radius_mm);
+  if (!(radius_mm > 0.0)) return "it has no radius";
+  double bending = std::abs(truth.taper) * target.height_mm;
+  for (const RoundnessWave& wave : truth.waves) {
+    if (wave.order < kLowestOrder || wave.order > kHighestOrder || !(wave.amplitude_mm >= 0.0)) {
+      return "its out-of-roundness has not the orders 2 to 8";
+    }
+    bending += wave.amplitude_mm * (wave.order * wave.order - 1);
+  }
+  if (!(bending < radius_mm)) return "it is so far from round that its section is not convex";
+  if (target.kind != Kind::kSphere) return ColumnTrouble(target, radius_mm);
+  if (!(truth.rod_radius_mm > 0.0 && truth.rod_radius_mm < radius_mm)) return "the rod is as thick as its sphere";
+  return truth.taper == 0.0 ? "" : "a sphere has no taper";
+}
+
+}  // namespace
+
+std::string TargetTrouble(const CalibrationTarget& target, const TargetTruth& truth) {
+  if (!(target.height_mm > 0.0)) return "it has no height";
+  if (target.kind != Kind::kPlane) return RoundTrouble(target, truth);
+  if (!(target.width_mm > 0.0 && truth.board_thickness_mm > 0.0)) return "a board has no width or thickness";
+  const bool round = !truth.waves.empty() || truth.taper != 0.0 || truth.radius_mm;
+  return round ? "a board has no radius that could be wrong" : "";
+}
+
 TargetSubject::TargetSubject(CalibrationTarget target, TargetTruth truth, const TargetPlacement& placement)
     : target_(std::move(target)),
       truth_(std::move(truth)),
       radius_mm_(truth_.radius_mm.value_or(target_.radius_mm)),
       station_from_target_(StationFromTarget(placement)) {
-  ENSURE(target_.height_mm > 0.0, "a target has a height");
-  if (target_.kind == Kind::kPlane) {
-    ENSURE(target_.width_mm > 0.0 && truth_.board_thickness_mm > 0.0, "a board has a width and a thickness");
-    ENSURE(truth_.waves.empty() && truth_.taper == 0.0, "a board has no radius that could be wrong");
-    return;
-  }
-  double bending = 0.0;
-  for (const RoundnessWave& wave : truth_.waves) {
-    ENSURE(wave.order >= kLowestOrder && wave.order <= kHighestOrder && wave.amplitude_mm >= 0.0,
-           "out-of-roundness has the orders 2 … 8");
-    bending += wave.amplitude_mm * (wave.order * wave.order - 1);
-    bound_mm_ += wave.amplitude_mm;
-  }
-  ENSURE(bending + std::abs(truth_.taper) * target_.height_mm < radius_mm_, "a round target has a convex section");
-  if (target_.kind == Kind::kSphere) {
-    ENSURE(truth_.rod_radius_mm > 0.0 && truth_.rod_radius_mm < radius_mm_, "the rod is thinner than its sphere");
-    ENSURE(truth_.taper == 0.0, "a sphere has no taper");
-    return;
-  }
+  const std::string trouble = TargetTrouble(target_, truth_);
+  ENSURE(trouble.empty(), trouble);
+  for (const RoundnessWave& wave : truth_.waves) bound_mm_ += wave.amplitude_mm;
+  if (target_.kind != Kind::kCylinder && target_.kind != Kind::kStep) return;
   bound_mm_ += std::abs(truth_.taper) * target_.height_mm / 2.0;
-  double low = 0.0;
-  double wider = 0.0;
   std::vector<double> ends = target_.kind == Kind::kStep ? target_.edges_mm : std::vector<double>{};
   ends.push_back(target_.height_mm);
+  double low = 0.0;
+  double wider = 0.0;
   for (const double end : ends) {
-    ENSURE(end > low, "edges ascend between foot and top");
     pieces_.push_back({low, end, radius_mm_ + wider});
     low = end;
     wider = target_.step_mm - wider;

@@ -44,11 +44,15 @@ struct TargetTruth {
 /// of the radius is `largest_mm` >= 0.
 [[nodiscard]] std::vector<RoundnessWave> RandomRoundness(double largest_mm, std::uint64_t seed);
 
+/// Why there cannot be such a target, in words; "" if there can. Lengths must be positive, edges ascend between foot
+/// and top, waves have the orders 2 … 8 and leave the section convex.
+[[nodiscard]] std::string TargetTrouble(const CalibrationTarget& target, const TargetTruth& truth);
+
 /// A calibration target that stands in the booth. Rays meet it within 1e-6 mm of its true surface; a ray that starts
 /// inside it meets nothing. Reentrant.
 class TargetSubject final : public Subject {
  public:
-  /// Requires positive lengths, edges between foot and top, waves of the orders 2 … 8 that leave the section convex.
+  /// Requires that TargetTrouble finds none.
   TargetSubject(CalibrationTarget target, TargetTruth truth, const TargetPlacement& placement);
 
   [[nodiscard]] std::optional<SubjectHit> Cast(const Ray& ray, double time_s, double max_distance_mm) const override;

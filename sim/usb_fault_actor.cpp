@@ -72,15 +72,15 @@ void HoldingFaults::Remove(std::size_t number) {
 }
 
 UsbFaultActor::UsbFaultActor(FaultGround ground) : ground_(std::move(ground)) {
-  const std::vector<UsbPort*> boards = ground_.booth.usb_ports();
-  for (std::size_t board = 0; board < kBoards; ++board) identity_[board] = boards.at(board)->identity();
+  const std::vector<UsbPort*> models = ground_.booth.usb_ports();
+  for (std::size_t board = 0; board < boards(); ++board) identity_[board] = models.at(board)->identity();
   Rebuild();
 }
 
 UsbHostModel& UsbFaultActor::host() {
   if (host_) return *host_;
   host_ = std::make_unique<UsbHostModel>(ground_.clock);
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     host_->Add(ground_.booth.board(board));
     host_->SetIdentity(board, identity_[board].serial, identity_[board].port_path);
   }
@@ -96,9 +96,9 @@ UsbHostModel& UsbFaultActor::host() {
 }
 
 std::vector<UsbPort*> UsbFaultActor::ports() {
-  const std::vector<UsbPort*> boards = ground_.booth.usb_ports();
-  for (std::size_t board = ports_.size(); board < kBoards; ++board) {
-    ports_.push_back(std::make_unique<FaultyUsbPort>(*boards.at(board), plan_.at(board), log_.at(board)));
+  const std::vector<UsbPort*> models = ground_.booth.usb_ports();
+  for (std::size_t board = ports_.size(); board < boards(); ++board) {
+    ports_.push_back(std::make_unique<FaultyUsbPort>(*models.at(board), plan_.at(board), log_.at(board)));
     ports_.back()->FollowPlan(plan_.at(board));
     ports_.back()->OnCall([this, board](FaultyUsbPort::Call call) { TakeCall(board, call); });
   }
@@ -109,7 +109,7 @@ std::vector<UsbPort*> UsbFaultActor::ports() {
 }
 
 std::size_t UsbFaultActor::BoardOf(const UsbIdentity& identity) const {
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     const bool same = identity_[board].serial == identity.serial && identity_[board].port_path == identity.port_path;
     if (same) return board;
   }
@@ -147,9 +147,9 @@ void UsbFaultActor::End(std::size_t number, const Fault& fault, nanoseconds time
 }
 
 void UsbFaultActor::Unplug(const Fault& fault, nanoseconds from, nanoseconds to) {
-  const nanoseconds spread = Milliseconds(fault.Value(FaultArg::kSpreadMs)) / static_cast<std::int64_t>(kBoards);
+  const nanoseconds spread = Milliseconds(fault.Value(FaultArg::kSpreadMs)) / static_cast<std::int64_t>(boards());
   const nanoseconds not_ready = Milliseconds(1000.0 * fault.Value(FaultArg::kNotReadyS));
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     if (!Meets(fault, board)) continue;
     const nanoseconds time = from + spread * static_cast<std::int64_t>(board);
     waiting_.push_back({board, time, to, not_ready});
@@ -173,7 +173,7 @@ void UsbFaultActor::PullWaitingPlugs() {
 
 void UsbFaultActor::Plug(const Fault& fault, nanoseconds time) {
   const nanoseconds not_ready = Milliseconds(1000.0 * fault.Value(FaultArg::kNotReadyS));
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     if (!Meets(fault, board)) continue;
     if (host_) {
       host_->PlugAt(board, time, not_ready);
@@ -185,7 +185,7 @@ void UsbFaultActor::Plug(const Fault& fault, nanoseconds time) {
 
 void UsbFaultActor::Follow() {
   if (host_) host_->Advance();
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     // A board without a bus can be plugged in only when what was in flight has been collected.
     if (!to_plug_[board] || ground_.booth.board(board).in_flight() > 0) continue;
     ground_.booth.board(board).PlugIn();
@@ -220,7 +220,7 @@ void UsbFaultActor::Confuse(const Fault& fault) {
 }
 
 void UsbFaultActor::Rebuild() {
-  for (std::size_t board = 0; board < kBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     UsbFaultPlan plan;
     plan.seed = MixSeed(MixSeed(ground_.seed, kForUsb), board);
     for (const HoldingFaults::Holding& holding : holding_.all()) {

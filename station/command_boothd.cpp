@@ -13,6 +13,7 @@
 #include "station/booth_server.h"
 #include "station/booth_session.h"
 #include "station/command_line.h"
+#include "station/calibration_gate.h"
 #include "station/commands.h"
 #include "station/config.h"
 #include "station/files.h"
@@ -106,7 +107,6 @@ std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const Key
 Status Serve(const BoothdCommand& options, CommandIo& io) {
   const auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
-  if (!config->calibration_file.empty()) return NotYet(io, "scan with a calibration file");
   if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
     io.set_failure_code(2);
     return sealed;
@@ -125,7 +125,7 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
   std::vector<std::string> notes = PrepareHost(*config, session_options.scanner);
   for (std::string& saved : SaveWhatWasLeft(options, keys->get(), io)) notes.push_back(std::move(saved));
   session_options.scanner.on_level = [raw = levels->get()](const ScanLevel& level) { raw->Put(level); };
-  PermissiveGate gate;
+  CalibrationGate gate(*config, io.storage());
   auto session = BoothSession::Open(*config, gate, io.storage(), std::move(session_options));
   if (!session) return Fail(session);
   ScannerPort port((*session)->scanner(), Describe(*config, **session),

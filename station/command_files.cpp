@@ -7,6 +7,7 @@
 #include "acquisition/hdf5_writer.h"
 #include "acquisition/recording.h"
 #include "acquisition/recording_recovery.h"
+#include "acquisition/reference_returns.h"
 #include "acquisition/scan_plan.h"
 #include "acquisition/scan_quality.h"
 #include "base/log.h"
@@ -98,11 +99,32 @@ Json MachineJson(const RecordedMachine& machine) {
   }
   return {{"ring_bus", machine.ring_bus},
           {"level_rate_hz", machine.level_rate_hz},
+          {"ring_temperature_c", machine.ring_temperature_c ? Json(*machine.ring_temperature_c) : Json()},
           {"boards", std::move(boards)},
           {"axis_serial", machine.axis_serial},
           {"axis_firmware_version", machine.axis_firmware_version},
           {"axis_z_min_mm", machine.axis_z_min_mm},
           {"axis_z_max_mm", machine.axis_z_max_mm}};
+}
+
+/// Null without reference sensors.
+Json ReferenceJson(const Scan& scan) {
+  if (!scan.header.reference) return nullptr;
+  std::size_t levels = 0;
+  for (const ScanLevel& level : scan.levels) levels += level.reference_time.count() != 0 ? 1 : 0;
+  Json sensors = Json::array();
+  for (const ReferenceSensor& sensor : scan.header.reference->sensors) {
+    sensors.push_back({{"channel", sensor.channel},
+                       {"theta_deg", DegreesFromRadians(sensor.theta)},
+                       {"distance_mm", sensor.distance_mm},
+                       {"height_mm", sensor.height_mm},
+                       {"aim_deg", DegreesFromRadians(sensor.aim)}});
+  }
+  return {{"board", scan.header.reference->board},
+          {"firmware_version", scan.header.reference->firmware_version},
+          {"sensors", std::move(sensors)},
+          {"levels", levels},
+          {"returns", ReferenceReturns(scan).size()}};
 }
 
 Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
@@ -142,6 +164,7 @@ Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
           {"program_version", scan.header.program_version},
           {"seed", scan.header.seed},
           {"machine", MachineJson(scan.header.machine)},
+          {"reference", ReferenceJson(scan)},
           {"axis_points", recording.axis.size()},
           {"events", recording.events.size()},
           {"hash", ScanHash(scan)},

@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 11> kLater{{{"calibrate", "solve for the ring's geometry and offsets"},
-                                               {"clay", "reshape as clay"},
+constexpr std::array<LaterCommand, 10> kLater{{{"clay", "reshape as clay"},
                                                {"elastic", "reshape as an elastic body"},
                                                {"flatten", "flat patterns"},
                                                {"wrinkly", "wrinkly surfaces"},
@@ -98,11 +97,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   AddProgressOption(app, progress);
   CommandWork chosen;
   for (const auto& add :
-       {AddDemoCommand,    AddScanCommand,    AddReplayCommand,   AddImportCommand,    AddExportCommand,
-        AddInspectCommand, AddRecoverCommand, AddFitCommand,      AddEvalCommand,      AddSectionCommand,
-        AddSlabCommand,    AddRegionCommand,  AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
-        AddCompareCommand, AddGlassesCommand, AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
-        AddBoothdCommand}) {
+       {AddDemoCommand,    AddScanCommand,      AddReplayCommand,   AddImportCommand,    AddExportCommand,
+        AddInspectCommand, AddRecoverCommand,   AddFitCommand,      AddEvalCommand,      AddSectionCommand,
+        AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
+        AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
+        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -23,6 +23,7 @@ void AddInspectCommand(CLI::App& app, CommandWork& chosen);
 void AddRecoverCommand(CLI::App& app, CommandWork& chosen);
 void AddFitCommand(CLI::App& app, CommandWork& chosen);
 void AddEvalCommand(CLI::App& app, CommandWork& chosen);
+void AddBreathCommand(CLI::App& app, CommandWork& chosen);
 void AddSectionCommand(CLI::App& app, CommandWork& chosen);
 void AddSlabCommand(CLI::App& app, CommandWork& chosen);
 void AddRegionCommand(CLI::App& app, CommandWork& chosen);
@@ -32,9 +33,12 @@ void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
 void AddCompareCommand(CLI::App& app, CommandWork& chosen);
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen);
 void AddRenderCommand(CLI::App& app, CommandWork& chosen);
+void AddDriftCommand(CLI::App& app, CommandWork& chosen);
+void AddCheckCommand(CLI::App& app, CommandWork& chosen);
 void AddDoctorCommand(CLI::App& app, CommandWork& chosen);
 void AddSimDevicesCommand(CLI::App& app, CommandWork& chosen);
 void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
+void AddCalibrateCommand(CLI::App& app, CommandWork& chosen);
 
 /// Adds a command of the design that a later version brings; it says so and exits 2.
 void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen);

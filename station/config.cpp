@@ -1,9 +1,12 @@
 #include "station/config.h"
 
-#include <limits>
+#include <algorithm>
 #include <utility>
 
+#include "base/reference_sensor.h"
+#include "sim/booth.h"
 #include "station/device_sections.h"
+#include "station/sim_section.h"
 #include "station/toml_table.h"
 
 namespace annulus {
@@ -21,6 +24,19 @@ using toml_table::ToNumber;
 using toml_table::ToText;
 using toml_table::WholeIn;
 
+void ReadCalibration(const toml::node& node, CalibrationConfig& calibration) {
+  ReadTable(node, "calibration",
+            {{"file", ToText(calibration.file)},
+             {"reference_check", ToText(calibration.reference_check)},
+             {"reference_hours", ToNumber(calibration.reference_hours, 0.1, 10'000.0)},
+             {"uncalibrated", [&](const toml::node& n, const std::string& key) {
+                const std::string text = Text(n, key);
+                if (text != "refuse" && text != "mark") Refuse(n, key, "\"refuse\" or \"mark\"");
+                calibration.uncalibrated =
+                    text == "mark" ? CalibrationConfig::Uncalibrated::kMark : CalibrationConfig::Uncalibrated::kRefuse;
+              }}});
+}
+
 ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
   ProfileConfig profile;
   ReadTable(node, name,
@@ -36,34 +52,9 @@ ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
               [&](const toml::node& n, const std::string& key) {
                 profile.sweeps = static_cast<std::uint32_t>(WholeIn(n, key, 1, 100));
               }},
-             {"level_rate_hz", ToNumber(profile.level_rate_hz, 0.1, 10'000.0)}});
+             {"level_rate_hz", ToNumber(profile.level_rate_hz, 0.1, 10'000.0)},
+             {"of_target", ToFlag(profile.of_target)}});
   return profile;
-}
-
-void ReadSim(const toml::node& node, SimConfig& sim) {
-  ReadTable(node, "sim",
-            {{"seed",
-              [&](const toml::node& n, const std::string& key) {
-                sim.seed = static_cast<std::uint64_t>(WholeIn(n, key, 0, std::numeric_limits<std::int64_t>::max()));
-              }},
-             {"subject", ToText(sim.subject)},
-             {"subject_scale", ToNumber(sim.subject_scale, 1e-6, 1e6)},
-             {"subject_y_up", ToFlag(sim.subject_y_up)},
-             {"noise_mm", ToNumber(sim.noise_mm, 0.0, 50.0)},
-             {"dropout_rate", ToNumber(sim.dropout_rate, 0.0, 1.0)},
-             {"outlier_rate", ToNumber(sim.outlier_rate, 0.0, 1.0)},
-             {"sway", ToNumber(sim.sway, 0.0, 10.0)},
-             {"breathing", ToNumber(sim.breathing, 0.0, 0.2)},
-             {"hair", ToFlag(sim.hair)},
-             {"spectacles", ToFlag(sim.spectacles)},
-             {"dark_patches", ToFlag(sim.dark_patches)},
-             {"faults", ToText(sim.faults)},
-             {"cap", ToFlag(sim.cap)},
-             {"loose_clothing", ToFlag(sim.loose_clothing)},
-             {"step_aside_s", ToNumber(sim.step_aside_s, 0.0, 1e4)},
-             {"leave_s", ToNumber(sim.leave_s, 0.0, 1e4)},
-             {"raise_arm_s", ToNumber(sim.raise_arm_s, 0.0, 1e4)},
-             {"operator", Ignore()}});
 }
 
 Config ReadAll(const toml::table& root) {
@@ -84,14 +75,14 @@ Config ReadAll(const toml::table& root) {
            config.profiles[std::string(name.str())] = ReadProfile(value, "profile." + std::string(name.str()));
          }
        }},
-      {"calibration",
-       [&](const toml::node& n, const std::string&) {
-         ReadTable(n, "calibration", {{"file", ToText(config.calibration_file)}});
-       }},
+      {"calibration", [&](const toml::node& n, const std::string&) { ReadCalibration(n, config.calibration); }},
       {"store", Ignore()},
       {"console", Ignore()},
-      {"sim", [&](const toml::node& n, const std::string&) { ReadSim(n, config.sim); }}};
+      {"sim", [&](const toml::node& n, const std::string&) { ReadSimSection(n, config.sim); }}};
   ReadTable(root, "the file", sections);
+  if (config.sim.reference && !config.ring.reference) {
+    config.ring.reference = ReferenceConfig{sim::BoothDevices::kReferenceSerial, StandardReferenceSensors()};
+  }
   return config;
 }
 

@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "base/storage.h"
 #include "station/device_config.h"
+#include "station/sim_target.h"
 
 namespace annulus {
 
@@ -21,6 +22,7 @@ struct ProfileConfig {
   std::optional<double> speed_mm_s;
   std::optional<std::uint32_t> sweeps;
   std::optional<double> level_rate_hz;
+  bool of_target = false;  ///< For calibration targets, as the built-in profile target is.
 };
 
 /// [sim]: who stands in the simulated booth, and how well the sensors see.
@@ -37,12 +39,30 @@ struct SimConfig {
   bool hair = false;
   bool spectacles = false;
   bool dark_patches = false;
-  std::string faults;  ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
+  bool reference = false;  ///< The reference board is there; its sensors are those of [ring] reference.
+  std::string faults;      ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
   bool cap = false;
   bool loose_clothing = false;
   std::optional<double> step_aside_s;  ///< On the booth's clock, as the times of a recording's levels.
   std::optional<double> leave_s;
   std::optional<double> raise_arm_s;
+  std::optional<SimTarget> target;  ///< Stands there instead of a subject.
+  SimRing ring;
+};
+
+/// [calibration]: which calibration of the ring is in force, and what a scan without a good one is worth.
+struct CalibrationConfig {
+  /// What becomes of a scan without a calibration file.
+  enum class Uncalibrated {
+    kByBooth,  ///< Refused on real rings, marked on simulated ones.
+    kRefuse,
+    kMark,  ///< Taken; every result says that the ring was not calibrated.
+  };
+
+  std::string file;               ///< CAL.json; "": none.
+  std::string reference_check;    ///< File that 'annulus check' keeps; "": not asked for.
+  double reference_hours = 24.0;  ///< A reference check older than that is none.
+  Uncalibrated uncalibrated = Uncalibrated::kByBooth;
 };
 
 /// A station's configuration (docs/config.md). Unknown keys are errors.
@@ -52,7 +72,7 @@ struct Config {
   AxisConfig axis;
   InterlockConfig interlock;
   std::map<std::string, ProfileConfig> profiles;
-  std::string calibration_file;
+  CalibrationConfig calibration;
   SimConfig sim;
 };
 

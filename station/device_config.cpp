@@ -14,6 +14,19 @@ const char* RingBusText(RingBus bus) {
   return "sim";
 }
 
+std::optional<ReferenceBoardOptions> ReferenceBoardOf(const RingConfig& ring) {
+  if (!ring.reference) return std::nullopt;
+  ReferenceBoardOptions options;
+  options.serial = ring.reference->board;
+  for (const ReferenceSensor& sensor : ring.reference->sensors) options.channels.push_back(sensor.channel);
+  return options;
+}
+
+std::optional<RecordedReference> RecordedReferenceOf(const RingConfig& ring) {
+  if (!ring.reference) return std::nullopt;
+  return RecordedReference{ring.reference->board, {}, ring.reference->sensors};
+}
+
 std::string AxisConfig::LinkText() const {
   if (const auto* serial = std::get_if<ModbusRtuOptions>(&link)) return serial->device;
   if (const auto* tcp = std::get_if<ModbusTcpOptions>(&link))

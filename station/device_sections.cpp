@@ -8,6 +8,9 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <utility>
+
+#include "firmware_iface/usb_frame_codec.h"
 
 namespace annulus {
 namespace {
@@ -47,6 +50,59 @@ void ReadBoards(const toml::node& node, const std::string& key, RingConfig& ring
   }
 }
 
+ReferenceSensor ReadReferenceSensor(const toml::node& node, const std::string& key) {
+  ReferenceSensor sensor;
+  double theta_deg = 0.0;
+  double aim_deg = 0.0;
+  ReadTable(node, key,
+            {{"channel",
+              [&](const toml::node& n, const std::string& name) {
+                sensor.channel = static_cast<std::uint8_t>(WholeIn(n, name, 0, kSensorsPerBoard - 1));
+              }},
+             {"theta_deg", ToNumber(theta_deg, -360.0, 360.0)},
+             {"distance_mm", ToNumber(sensor.distance_mm, 100.0, 5000.0)},
+             {"height_mm", ToNumber(sensor.height_mm, 0.0, 3000.0)},
+             {"aim_deg", ToNumber(aim_deg, -45.0, 45.0)}});
+  if (sensor.distance_mm == 0.0 || sensor.height_mm == 0.0) {
+    Refuse(node, key, "{ channel, theta_deg, distance_mm, height_mm, aim_deg } with at least distance and height");
+  }
+  sensor.theta = RadiansFromDegrees(theta_deg);
+  sensor.aim = RadiansFromDegrees(aim_deg);
+  return sensor;
+}
+
+void ReadReference(const toml::node& node, const std::string& key, RingConfig& ring) {
+  ReferenceConfig reference;
+  ReadTable(node, key,
+            {{"board",
+              [&](const toml::node& n, const std::string& name) {
+                reference.board = static_cast<std::uint32_t>(WholeIn(n, name, 1, 0xFFFF'FFFF));
+              }},
+             {"sensors", [&](const toml::node& n, const std::string& name) {
+                const toml::array* list = n.as_array();
+                if (list == nullptr || list->empty()) Refuse(n, name, "a list of at least one sensor");
+                for (const toml::node& one : *list) {
+                  const ReferenceSensor sensor = ReadReferenceSensor(one, name);
+                  for (const ReferenceSensor& other : reference.sensors) {
+                    if (other.channel == sensor.channel) Refuse(one, name, "a list of different channels");
+                  }
+                  reference.sensors.push_back(sensor);
+                }
+              }}});
+  if (reference.board == 0 || reference.sensors.empty()) Refuse(node, key, "{ board = …, sensors = [ … ] }");
+  ring.reference = std::move(reference);
+}
+
+/// A reference board is not one of the ring's, and its sensors stand outside the ring.
+void CheckReference(const toml::node& node, const RingConfig& ring) {
+  if (!ring.reference) return;
+  if (ring.boards.count(ring.reference->board) != 0) Refuse(node, "ring.reference.board", "not one of [ring] boards");
+  for (const ReferenceSensor& sensor : ring.reference->sensors) {
+    if (sensor.distance_mm > ring.radius_mm) continue;
+    Refuse(node, "ring.reference.sensors", fmt::format("distance_mm beyond the ring's {} mm", ring.radius_mm));
+  }
+}
+
 }  // namespace
 
 void ReadRingSection(const toml::node& node, RingConfig& ring) {
@@ -65,7 +121,9 @@ void ReadRingSection(const toml::node& node, RingConfig& ring) {
               }},
              {"can", [&](const toml::node& n, const std::string& key) { ring.can_interfaces = Interfaces(n, key); }},
              {"radius_mm", ToNumber(ring.radius_mm, 50.0, 5000.0)},
-             {"boards", [&](const toml::node& n, const std::string& key) { ReadBoards(n, key, ring); }}});
+             {"boards", [&](const toml::node& n, const std::string& key) { ReadBoards(n, key, ring); }},
+             {"reference", [&](const toml::node& n, const std::string& key) { ReadReference(n, key, ring); }}});
+  CheckReference(node, ring);
 }
 
 namespace {

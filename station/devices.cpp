@@ -21,6 +21,9 @@ Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage)
   options.beam.outlier_rate = config.sim.outlier_rate;
   options.ring_radius_mm = config.ring.radius_mm;
   options.seed = config.sim.seed;
+  if (config.sim.reference && config.ring.reference) options.reference = config.ring.reference->sensors;
+  options.calibration = SimulatedRing(config.sim.ring, config.ring.radius_mm, config.sim.seed);
+  if (config.sim.ring.temperature_c) options.board.temperature_c = *config.sim.ring.temperature_c;
   return options;
 }
 
@@ -134,7 +137,8 @@ Result<RingDevice> OpenThrough(UsbHost& host, const UsbRangeRingOptions& options
     device.tapped_usb = std::make_unique<TappedUsbHost>(host, *tap, clock);
     used = device.tapped_usb.get();
   }
-  const std::size_t boards = options.first_sensors.empty() ? sim::BoothDevices::kBoards : options.first_sensors.size();
+  std::size_t boards = options.first_sensors.empty() ? sim::BoothDevices::kBoards : options.first_sensors.size();
+  if (options.reference) boards = 0;  // not known before it is seen whether the reference board is there
   auto ring = OpenBy(tap, clock, options, boards, [&] { return OpenUsbRangeRing(*used, options, clock); });
   if (!ring) return Fail(ring);
   device.ring = std::move(*ring);
@@ -144,6 +148,7 @@ Result<RingDevice> OpenThrough(UsbHost& host, const UsbRangeRingOptions& options
 Result<RingDevice> OpenUsb(const RingConfig& config, DeviceGround& ground, BusTap* tap) {
   UsbRangeRingOptions options;
   options.first_sensors = config.boards;
+  options.reference = ReferenceBoardOf(config);
   auto host = OpenLibusbHost(ground.worker_clock());
   if (!host) return Fail(host);
   auto device = OpenThrough(**host, options, ground, tap);
@@ -156,6 +161,7 @@ Result<RingDevice> OpenCan(const RingConfig& config, DeviceGround& ground, BusTa
   Clock& clock = ground.worker_clock();
   CanRangeRingOptions options;
   options.first_sensors = config.boards;
+  options.reference = ReferenceBoardOf(config);
   std::vector<CanBus*> buses;
   for (const std::string& name : config.can_interfaces) {
     auto bus = OpenSocketCan(name, clock);
@@ -178,6 +184,7 @@ Result<RingDevice> OpenSimulated(const RingConfig& config, DeviceGround& ground,
   Clock& clock = ground.worker_clock();
   UsbRangeRingOptions options;
   options.first_sensors = config.boards;
+  options.reference = ReferenceBoardOf(config);
   // Boards that go and come back need a host that opens them again.
   if (sim::FaultInjector* faults = ground.faults()) return OpenThrough(faults->usb_host(), options, ground, tap);
   std::vector<UsbPort*> ports = ground.usb_ports();

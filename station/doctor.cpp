@@ -148,6 +148,26 @@ void CheckGpio(const Config& config, std::vector<DoctorItem>& items) {
 
 // --- devices ------------------------------------------------------------------------------------------------------
 
+/// The board beside the ring: scans go on without it, but not as well.
+void CheckReference(const RingConfig& config, RangeRing& ring, Group& group) {
+  const ReferenceBoard* reference = ring.reference();
+  if (reference == nullptr) return;
+  const std::string name = fmt::format("reference board {}", reference->serial);
+  const auto time = ring.ReadClock(ring.boards().size());
+  if (!time) {
+    return group.Problem(name, time.error().seen, "check its cable, supply and number; until then scans do without");
+  }
+  std::string sensors;
+  for (const ReferenceSensor& sensor : config.reference->sensors) {
+    sensors += fmt::format("{}{:.0f} mm at {:.0f} deg", sensors.empty() ? "" : ", ", sensor.height_mm,
+                           DegreesFromRadians(sensor.theta));
+  }
+  const RingBoard& board = *reference->board;
+  const std::chrono::duration<double, std::milli> round_trip = time->host_after - time->host_before;
+  group.Ok(name, fmt::format("sensors at {}; firmware {}, protocol {}, at {}, answers in {:.2f} ms", sensors,
+                             board.firmware_version, board.protocol_version, board.port_path, round_trip.count()));
+}
+
 void CheckRing(const Config& config, DeviceGround& ground, std::vector<DoctorItem>& items) {
   Group group("ring", items);
   if (config.ring.bus == RingBus::kSimulated) group.None("simulated", "the boards are models in this program");
@@ -167,6 +187,7 @@ void CheckRing(const Config& config, DeviceGround& ground, std::vector<DoctorIte
                                board.first_sensor, board.first_sensor + board.sensor_count - 1, board.firmware_version,
                                board.protocol_version, board.port_path, round_trip.count()));
   }
+  CheckReference(config.ring, ring, group);
   const RingLimits& limits = ring.limits();
   group.Ok("ring", fmt::format("{} sensors, {:.0f} to {:.0f} levels per second", limits.sensor_count,
                                limits.min_level_rate.value(), limits.max_level_rate.value()));

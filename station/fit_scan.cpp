@@ -4,13 +4,14 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "acquisition/scan_quality.h"
 #include "fitting/fit_segments.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/paper_json.h"
 #include "render/plot.h"
 #include "station/command_line.h"
+#include "station/sway_report.h"
 
 namespace annulus {
 namespace {
@@ -117,18 +118,22 @@ double ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
 
 namespace {
 
-/// How the levels of a scan are displaced, if that was seen; scans of several stand for each other, so the worst
-/// counts.
-std::optional<SwayErrors> SwayOf(const std::vector<Scan>& scans) {
-  constexpr double kSeen = 0.3;  // mm: less is the noise of the comparison
-  std::optional<SwayErrors> worst;
+/// What the calibration that a scan was taken with leaves unknown; of several scans the worst counts.
+std::optional<CalibrationErrors> CalibrationErrorsOf(const std::vector<Scan>& scans) {
+  std::optional<CalibrationErrors> worst;
   for (const Scan& scan : scans) {
-    const auto motion = MeasureMotion(scan);
-    if (!motion || std::hypot(motion->sigma_x_mm, motion->sigma_y_mm) < kSeen) continue;
-    if (worst && std::hypot(worst->sigma_x, worst->sigma_y) >= std::hypot(motion->sigma_x_mm, motion->sigma_y_mm)) {
-      continue;
+    const auto& uncertainty = scan.header.calibration.uncertainty;
+    if (!uncertainty) return std::nullopt;  // one scan of an uncalibrated ring spoils all
+    CalibrationErrors errors;
+    const auto own = Eigen::Map<const Eigen::ArrayXd>(uncertainty->own_mm.data(),
+                                                      static_cast<Eigen::Index>(uncertainty->own_mm.size()));
+    errors.offset_covariance = Eigen::MatrixXd(own.square().matrix().asDiagonal());
+    if (uncertainty->together_mm.cols() > 0) {
+      errors.offset_covariance += uncertainty->together_mm * uncertainty->together_mm.transpose();
     }
-    worst = SwayErrors{motion->sigma_x_mm, motion->sigma_y_mm, motion->correlation_length_mm};
+    errors.height_scale_sigma = uncertainty->height_scale_sigma;
+    errors.height_offset_sigma = uncertainty->height_offset_sigma_mm;
+    if (!worst || errors.offset_covariance.sum() > worst->offset_covariance.sum()) worst = std::move(errors);
   }
   return worst;
 }
@@ -141,7 +146,8 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
   std::uint16_t first_sweep = 0;
   for (const Scan& scan : scans) {
     std::uint16_t sweeps = 0;
-    for (SurfaceSample& sample : BuildSamples(scan)) {
+    result.sway.push_back(EstimateSway(BuildSamples(scan), {}, {}));
+    for (SurfaceSample& sample : std::exchange(result.sway.back().corrected, {})) {
       sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(sample.sweep + 1));
       sample.sweep = static_cast<std::uint16_t>(sample.sweep + first_sweep);
       result.samples.push_back(sample);
@@ -152,14 +158,22 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
   auto fit = FitBody(result.samples, options, context);
   if (!fit) return Fail(fit);
   result.fit = std::move(*fit);
-  if (const auto sway = SwayOf(scans)) {
+  // Scans of several stand for each other, so the worst counts.
+  if (const SwayEstimate* sway = WorstSway(result.sway); sway != nullptr && sway->errors) {
     auto& systematic = result.fit.model.systematic;
     if (!systematic) systematic.emplace();
-    systematic->sway = *sway;
+    systematic->sway = *sway->errors;
+  }
+  if (auto calibration = CalibrationErrorsOf(scans)) {
+    auto& systematic = result.fit.model.systematic;
+    if (!systematic) systematic.emplace();
+    systematic->calibration = std::move(*calibration);
   }
   Provenance& provenance = result.fit.model.provenance;
   provenance.recording_hash = hashes;
-  provenance.calibration_hash = ScanHash({scans.front().header, {}});  // of the geometry alone
+  const RingCalibration& calibration = scans.front().header.calibration;
+  provenance.calibration_hash = calibration.certificate.empty() ? ScanHash({scans.front().header, {}})  // the geometry
+                                                                : calibration.certificate;
   provenance.program_version = ProgramVersion();
   provenance.seed = scans.front().header.seed;
   return result;
@@ -213,6 +227,7 @@ Json FitReport(const ScanFit& fit) {
               {"cost_end", s.cost_end},
               {"iterations", s.iterations},
               {"segments", segments},
+              {"sway", SwayReport(fit.sway)},
               {"regions", regions},
               {"edges", EdgesToJson(s.edges)},
               {"foreground", foreground},

@@ -7,7 +7,7 @@ namespace annulus {
 namespace {
 
 constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
-constexpr std::array kBuiltIn{"body", "torso", "head", "breath"};
+constexpr std::array kBuiltIn{"body", "torso", "head", "breath", "target", "target_fine"};
 
 bool IsBuiltIn(const std::string& name) { return std::find(kBuiltIn.begin(), kBuiltIn.end(), name) != kBuiltIn.end(); }
 
@@ -41,10 +41,12 @@ Result<ScanPlan> OwnPlan(const std::string& name, const ProfileConfig& profile) 
 void Override(ScanPlan& plan, const ProfileConfig& profile) {
   if (profile.z_top_mm) plan.z_top_mm = *profile.z_top_mm;
   if (profile.z_bottom_mm) plan.z_bottom_mm = *profile.z_bottom_mm;
+  if (plan.parked() && profile.z_top_mm && !profile.z_bottom_mm) plan.z_bottom_mm = plan.z_top_mm;
   if (profile.pitch_mm) plan.pitch_mm = *profile.pitch_mm;
   if (profile.speed_mm_s) plan.speed_mm_s = *profile.speed_mm_s;
   if (profile.sweeps) plan.sweeps = *profile.sweeps;
   if (profile.level_rate_hz) plan.level_rate_hz = *profile.level_rate_hz;
+  if (profile.of_target) plan.of_target = true;
 }
 
 }  // namespace
@@ -59,7 +61,7 @@ std::vector<std::string> ProfileNames(const Config& config) {
 
 bool NeedsTop(const Config& config, const std::string& name) {
   const ProfileConfig profile = Configured(config, name);
-  return profile.find_top || (name == "head" && !profile.z_top_mm);
+  return profile.find_top || ((name == "head" || name == "breath") && !profile.z_top_mm);
 }
 
 Result<ScanPlan> PlanOfProfile(const Config& config, const std::string& name,

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "station/booth_session.h"
+#include "station/calibration_gate.h"
 #include "station/command_line.h"
 #include "station/host_health.h"
 #include "station/profile_plan.h"
@@ -22,8 +23,14 @@ constexpr std::chrono::seconds kStopPatience{10};
 /// Runs one scan on a booth session, state by state.
 class ScanJobRun {
  public:
-  ScanJobRun(BoothSession& session, const Config& config, const ScanRequest& request, const TaskContext& task)
-      : session_(session), scanner_(session.scanner()), config_(config), request_(request), task_(task) {}
+  ScanJobRun(BoothSession& session, const Config& config, const ScanRequest& request,
+             const RingCalibration& calibration, const TaskContext& task)
+      : session_(session),
+        scanner_(session.scanner()),
+        config_(config),
+        request_(request),
+        calibration_(calibration),
+        task_(task) {}
 
   Result<ScanOutcome> Run();
 
@@ -47,6 +54,7 @@ class ScanJobRun {
   Scanner& scanner_;
   const Config& config_;
   const ScanRequest& request_;
+  const RingCalibration& calibration_;
   const TaskContext& task_;
   ScanOutcome outcome_;
   std::string waiting_for_;  ///< Whom the booth waits for.
@@ -209,8 +217,9 @@ ScanHeader ScanJobRun::Header() const {
   header.consent_reference = request_.consent_reference;
   header.program_version = ProgramVersion();
   header.ring_radius_mm = config_.ring.radius_mm;
-  header.calibration = RingCalibration::Ideal(config_.ring.radius_mm);
+  header.calibration = calibration_;
   header.profile = request_.profile;
+  header.reference = RecordedReferenceOf(config_.ring);
   header.machine.ring_bus = RingBusText(config_.ring.bus);
   return header;
 }
@@ -251,13 +260,16 @@ Result<ScanOutcome> ScanJobRun::Run() {
 
 Result<ScanOutcome> RunScanJob(const Config& config, const ScanRequest& request, Storage& storage,
                                const TaskContext& task) {
-  PermissiveGate gate;
+  CalibrationGate gate(config, storage);
   BoothSessionOptions options;
   options.scanner.recording.keys = request.keys;
   if (!AllSimulated(config)) options.scanner.host_checks = [] { return CheckHostHealth(); };
+  auto calibration = CalibrationInForce(config, request.profile, storage);
+  if (!calibration) return Fail(calibration);
   auto session = BoothSession::Open(config, gate, storage, std::move(options));
   if (!session) return Fail(session);
-  return ScanJobRun(**session, config, request, task).Run();
+  gate.UseClock((*session)->clock());
+  return ScanJobRun(**session, config, request, *calibration, task).Run();
 }
 
 }  // namespace annulus

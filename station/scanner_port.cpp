@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "station/calibration_gate.h"
 #include "station/command_line.h"
 #include "station/profile_plan.h"
 
@@ -36,11 +37,15 @@ Status ScannerPort::Arm(const ArmOrder& order) {
   request.header.consent_reference = order.consent;
   request.header.program_version = ProgramVersion();
   request.header.ring_radius_mm = config.ring.radius_mm;
-  request.header.calibration = RingCalibration::Ideal(config.ring.radius_mm);
+  auto calibration = CalibrationInForce(config, order.profile, options_.storage);
+  if (!calibration) return Fail(calibration);
+  request.header.calibration = std::move(*calibration);
+  request.header.reference = RecordedReferenceOf(config.ring);
   request.header.profile = order.profile;
   request.header.seed = description_.simulated ? config.sim.seed : 0;
   if (!order.search) {
-    if (!description_.simulated && (order.subject_id.empty() || order.consent.empty())) {
+    const bool person = !description_.simulated && !IsTargetProfile(order.profile);
+    if (person && (order.subject_id.empty() || order.consent.empty())) {
       return Fail("arm a scan", "no subject or no consent is named", "give subject_id and consent");
     }
     const auto path = RecordingPath(options_.recordings, order.out);

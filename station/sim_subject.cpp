@@ -1,5 +1,6 @@
 #include "station/sim_subject.h"
 
+#include <array>
 #include <utility>
 
 #include "base/ensure.h"
@@ -103,6 +104,24 @@ std::unique_ptr<sim::Subject> Moving(std::unique_ptr<sim::Subject> subject, cons
   return std::make_unique<sim::WalkingSubject>(std::move(subject), step, config.leave_s);
 }
 
+/// What people do and targets do not.
+std::string NeedsPerson(const SimConfig& config) {
+  const std::array<std::pair<bool, const char*>, 10> of_people{{{config.sway > 0.0, "sim.sway"},
+                                                                {config.breathing > 0.0, "sim.breathing"},
+                                                                {config.hair, "sim.hair"},
+                                                                {config.spectacles, "sim.spectacles"},
+                                                                {config.dark_patches, "sim.dark_patches"},
+                                                                {config.cap, "sim.cap"},
+                                                                {config.loose_clothing, "sim.loose_clothing"},
+                                                                {config.step_aside_s.has_value(), "sim.step_aside_s"},
+                                                                {config.leave_s.has_value(), "sim.leave_s"},
+                                                                {config.raise_arm_s.has_value(), "sim.raise_arm_s"}}};
+  for (const auto& [asked, key] : of_people) {
+    if (asked) return key;
+  }
+  return {};
+}
+
 /// What only a built-in subject can do, because its parts are known.
 std::string NeedsBuiltIn(const SimConfig& config) {
   if (config.spectacles) return "sim.spectacles";
@@ -114,6 +133,13 @@ std::string NeedsBuiltIn(const SimConfig& config) {
 }  // namespace
 
 Result<std::unique_ptr<sim::Subject>> MakeSimSubject(const SimConfig& config, Storage& storage) {
+  if (config.target) {
+    if (const std::string key = NeedsPerson(config); !key.empty()) {
+      return Fail("simulate " + key, "a target stands in the booth, [sim.target]",
+                  "leave " + key + " out, or [sim.target]");
+    }
+    return MakeSimTarget(*config.target);
+  }
   std::unique_ptr<sim::Subject> subject;
   sim::Placement placement;
   sim::Dress dress;

@@ -31,6 +31,10 @@ Record ThereAndBack(const Record& record) {
 std::vector<Any> OneOfEach() {
   CanRangeRingOptions can;
   can.first_sensors = {{1001, 0}, {1002, 15}};
+  CanRangeRingOptions can_reference = can;
+  can_reference.reference = ReferenceBoardOptions{1013, {3, 0, 14}};
+  UsbRangeRingOptions usb_reference;
+  usb_reference.reference = ReferenceBoardOptions{4'294'967'295U, {}};
   CanFrame frame;
   frame.id = 0x181;
   frame.fd = true;
@@ -60,6 +64,9 @@ std::vector<Any> OneOfEach() {
           bus_record::ModbusExchanged{{}, nanoseconds(1), ModbusFailure{ModbusFault::kException, 6, "busy"}, {}},
           bus_record::RingOpening{bus_record::kFormat, UsbRangeRingOptions(), 12},
           bus_record::RingOpening{bus_record::kFormat, can, 2},
+          bus_record::RingOpening{bus_record::kFormat, can_reference, 2},
+          bus_record::RingOpening{bus_record::kFormat, usb_reference, 13},
+          bus_record::RingOpening{bus_record::kFormatWithoutReference, UsbRangeRingOptions(), 12},
           bus_record::RingOpened{},
           bus_record::AxisOpened{{1, 2, WordOrder::kLowFirst, -0.1}},
           bus_record::StartCalled{failed, 24.0},
@@ -84,6 +91,16 @@ TEST(BusRecord, IsTheSameAfterItsBytes) {
     EXPECT_EQ(decoded->index(), record.index());
     EXPECT_EQ(EncodeBusRecord(*decoded, kTime).bytes, once.bytes) << record.index();
   }
+}
+
+TEST(BusRecord, KeepsTheReferenceBoardAndWritesARingWithoutOneAsBefore) {
+  CanRangeRingOptions options;
+  options.reference = ReferenceBoardOptions{1013, {3, 0, 14}};
+  const auto opening = ThereAndBack(bus_record::RingOpening{bus_record::kFormat, options, 2});
+  EXPECT_EQ(std::get<CanRangeRingOptions>(opening.options).reference, options.reference);
+  // Format 1, twelve ports on USB, 180 sensors, no map, 200 ms as zigzag LEB128, four transfers: by hand.
+  const RawRecord plain = EncodeBusRecord(bus_record::RingOpening{1, UsbRangeRingOptions(), 12}, kTime);
+  EXPECT_EQ(plain.bytes, Bytes({30, 1, 12, 0, 0xB4, 1, 0, 0x80, 0x88, 0xDE, 0xBE, 1, 4}));
 }
 
 TEST(BusRecord, KeepsEveryField) {

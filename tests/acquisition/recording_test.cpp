@@ -401,6 +401,18 @@ TEST(RecordingWriter, RefusesAHeaderThatCannotBe) {
   EXPECT_TRUE(storage.files.empty());
 }
 
+TEST(ReadRecording, KnowsTheRingsTemperatureIfItWasKnown) {
+  for (const std::optional<double> temperature_c : {std::optional<double>(23.456), std::optional<double>()}) {
+    TestStorage storage;
+    Scan scan = MakeScan(1, 3);
+    scan.header.machine.ring_temperature_c = temperature_c;
+    ASSERT_TRUE(WriteRecording(storage, kPath, scan));
+    const auto read = ReadRecording(storage, kPath);
+    ASSERT_TRUE(read) << read.error().Text();
+    EXPECT_EQ(read->header.machine.ring_temperature_c, temperature_c);
+  }
+}
+
 TEST(ReadRecording, SaysWhatAForeignFileBeginsWith) {
   TestStorage storage;
   const std::string zip = "PK\x03\x04 and so on";

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 
 #include "acquisition/replay.h"
+#include "base/clock.h"
 #include "tests/acquisition/tapped_booth.h"
 #include "tests/sim/booth_fixture.h"
 #include "tests/sim/cone_subject.h"
@@ -48,6 +51,22 @@ inline sim::BoothOptions NoisyCone(const RingCase& ring = {"Usb", 0, false}) {
   options.can_fd = ring.can_fd;
   return options;
 }
+
+/// A clock on which thinking takes time, as on a real host: it goes on a little whenever somebody looks at it.
+class ThinkingClock final : public Clock {
+ public:
+  [[nodiscard]] std::chrono::nanoseconds Now() const override {
+    std::uniform_int_distribution<int> thought_ns(200, 6'000);
+    clock_.SleepUntil(clock_.Now() + std::chrono::nanoseconds(thought_ns(random_)));
+    return clock_.Now();
+  }
+  [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_.WallNow(); }
+  void SleepUntil(std::chrono::nanoseconds deadline) override { clock_.SleepUntil(deadline); }
+
+ private:
+  mutable ManualClock clock_;
+  mutable std::mt19937 random_{11};
+};
 
 inline ReplayComparison Compare(const Recording& recording, ReplayOptions options = {}) {
   auto compared = CompareWithRecorded(recording, std::move(options), {});

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <random>
 
 #include "acquisition/bus_record.h"
 #include "tests/acquisition/replay_fixture.h"
@@ -23,6 +22,7 @@ using test::RingCase;
 using test::ShortPlan;
 using test::TapeSink;
 using test::TappedBooth;
+using test::ThinkingClock;
 using testing::HasSubstr;
 
 class ReplayOnBuses : public testing::TestWithParam<RingCase> {
@@ -83,22 +83,6 @@ TEST(Replay, EndsWithTheErrorOfALostBoard) {
   ASSERT_THAT(summary.error().Text(), HasSubstr("unplugged"));
   ExpectIdentical(tape.recording);
 }
-
-/// A clock on which thinking takes time, as on a real host: it goes on a little whenever somebody looks at it.
-class ThinkingClock final : public Clock {
- public:
-  [[nodiscard]] nanoseconds Now() const override {
-    std::uniform_int_distribution<int> thought_ns(200, 6'000);
-    clock_.SleepUntil(clock_.Now() + nanoseconds(thought_ns(random_)));
-    return clock_.Now();
-  }
-  [[nodiscard]] nanoseconds WallNow() const override { return clock_.WallNow(); }
-  void SleepUntil(nanoseconds deadline) override { clock_.SleepUntil(deadline); }
-
- private:
-  mutable ManualClock clock_;
-  mutable std::mt19937 random_{11};
-};
 
 TEST_P(ReplayOnBuses, GivesAScanOfAHostThatTakesTimeToThink) {
   TappedBooth booth(Booth(), {}, std::make_unique<ThinkingClock>());
@@ -188,7 +172,7 @@ TEST(Replay, RefusesANewerFormat) {
   const std::vector<RawRecord> raw{EncodeBusRecord(opening, nanoseconds(1))};
   const auto replay = Replay::Open(raw);
   ASSERT_FALSE(replay);
-  EXPECT_THAT(replay.error().Text(), HasSubstr("format 2, this program reads up to 1"));
+  EXPECT_THAT(replay.error().Text(), HasSubstr("format 3, this program reads up to 2"));
 }
 
 TEST(Replay, RefusesOptionsOfARingThatNoDriverTakes) {

@@ -74,30 +74,60 @@ inline bool SameLevel(const ScanLevel& a, const ScanLevel& b) {
   if (a.index != b.index || a.sweep != b.sweep || a.time != b.time || a.readings.size() != b.readings.size()) {
     return false;
   }
+  if (a.reference_time != b.reference_time || a.reference.size() != b.reference.size()) return false;
+  for (std::size_t i = 0; i < a.reference.size(); ++i) {
+    if (!SameReading(a.reference[i], b.reference[i])) return false;
+  }
   for (std::size_t i = 0; i < a.readings.size(); ++i) {
     if (!SameReading(a.readings[i], b.readings[i])) return false;
   }
   return true;
 }
 
-inline bool SameSensor(const SensorCalibration& a, const SensorCalibration& b) {
-  return a.theta == b.theta && a.radius_mm == b.radius_mm && a.range_offset_mm == b.range_offset_mm &&
-         a.range_scale == b.range_scale && a.aim_lateral == b.aim_lateral && a.aim_vertical == b.aim_vertical &&
-         a.height_mm == b.height_mm;
+/// Gives a calibration everything that an ideal ring does not have, in numbers with many digits.
+inline void MakeWhole(RingCalibration& calibration) {
+  std::mt19937_64 random(20261129);
+  auto number = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random() >> 11U) * 0x1.0p-53);
+  };
+  for (SensorCalibration& sensor : calibration.sensors) sensor.range_quadratic = number(-3e-6, 3e-6);
+  calibration.pose = {number(-1.0, 1.0), number(-1.0, 1.0), number(-0.01, 0.01), number(-0.01, 0.01)};
+  calibration.carriage.position_scale = 0.1 + 0.9000001;
+  calibration.carriage.slope_x = number(-0.002, 0.002);
+  calibration.carriage.slope_y = 5e-324;
+  for (int k = 0; k < 5; ++k) {
+    calibration.carriage.knots_z_mm.push_back(150.0 * k + number(0.0, 1.0));
+    calibration.carriage.x_mm.push_back(number(-1.0, 1.0));
+    calibration.carriage.y_mm.push_back(-0.0);
+  }
+  calibration.reference_c = 30.1 + 0.2;
+  calibration.range_mm_per_c = 0.1 * 0.3;
+  calibration.certificate = "sha256:00ff";
+  CalibrationUncertainty& uncertainty = calibration.uncertainty.emplace();
+  const auto sensors = static_cast<Eigen::Index>(calibration.sensors.size());
+  uncertainty.together_mm.resize(sensors, 3);
+  for (Eigen::Index i = 0; i < sensors; ++i) {
+    uncertainty.own_mm.push_back(number(0.0, 0.1));
+    for (Eigen::Index mode = 0; mode < 3; ++mode) uncertainty.together_mm(i, mode) = number(-0.1, 0.1);
+  }
+  uncertainty.distance_mm = 450.1;
+  uncertainty.height_scale_sigma = number(0.0, 0.003);
+  uncertainty.height_offset_sigma_mm = number(0.0, 1.0);
+}
+
+inline bool SameCalibration(const RingCalibration& a, const RingCalibration& b) {
+  return a.ring_serial == b.ring_serial && a.sensors == b.sensors && a.pose == b.pose && a.carriage == b.carriage &&
+         a.reference_c == b.reference_c && a.range_mm_per_c == b.range_mm_per_c && a.certificate == b.certificate &&
+         a.uncertainty == b.uncertainty;
 }
 
 inline bool SameHeader(const ScanHeader& a, const ScanHeader& b) {
-  const auto& sensors_a = a.calibration.sensors;
-  const auto& sensors_b = b.calibration.sensors;
-  if (sensors_a.size() != sensors_b.size()) return false;
-  for (std::size_t i = 0; i < sensors_a.size(); ++i) {
-    if (!SameSensor(sensors_a[i], sensors_b[i])) return false;
-  }
   return a.format_version == b.format_version && a.station_id == b.station_id && a.source == b.source &&
          a.subject_id == b.subject_id && a.consent_reference == b.consent_reference &&
          a.program_version == b.program_version && a.ring_radius_mm == b.ring_radius_mm &&
-         a.calibration.ring_serial == b.calibration.ring_serial && a.profile == b.profile &&
-         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns && a.machine == b.machine;
+         SameCalibration(a.calibration, b.calibration) && a.profile == b.profile &&
+         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns &&
+         a.machine == b.machine && a.reference == b.reference;
 }
 
 inline bool SameLevels(const Scan& a, const Scan& b) {

@@ -53,8 +53,22 @@ TEST(ScanPlan, TheHeadProfileHasOneMillimetrePitchAndStarts40MillimetresAbove) {
   EXPECT_FALSE(BuiltInPlan("head", std::nullopt));
 }
 
+TEST(ScanPlan, TheTargetProfileGoesDownAndUpOverTheSameLevelsInLessThan45Seconds) {
+  const auto plan = BuiltInPlan("target", std::nullopt);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->sweeps, 2U);
+  EXPECT_EQ(plan->sweep_pitch_mm(), 5.0);
+  EXPECT_EQ(plan->SweepTop(0), plan->SweepTop(1));
+  EXPECT_EQ(plan->TotalLevels(), 400U);
+  EXPECT_TRUE(plan->of_target);
+  EXPECT_TRUE(PlanFromJson(PlanJson(*plan))->of_target);
+  // Sweeps, and the way to the top and back through 1.2 m at the same speed.
+  EXPECT_LT(2.0 * 1000.0 / plan->speed_mm_s + 2.0 * 1200.0 / plan->speed_mm_s, 45.0);
+  EXPECT_EQ(BuiltInPlan("target_fine", std::nullopt)->sweep_pitch_mm(), 1.0);
+}
+
 TEST(ScanPlan, EveryBuiltInProfileFitsTheMachineForSmallAndTall) {
-  for (const char* profile : {"body", "torso", "head", "breath"}) {
+  for (const char* profile : {"body", "torso", "head", "breath", "target", "target_fine"}) {
     for (const double height : {900.0, 1500.0, 1750.0, 2100.0}) {
       const auto plan = BuiltInPlan(profile, Millimetres(height));
       ASSERT_TRUE(plan);

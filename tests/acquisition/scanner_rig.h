@@ -31,8 +31,10 @@ class ScannerRig {
   }
 
   explicit ScannerRig(sim::BoothOptions options = Options(), ScannerOptions scanner_options = {})
-      : booth_(std::move(options), clock_) {
-    auto ring = MakeUsbRangeRing(booth_.usb_ports(), {}, worker_clock_);
+      : reference_(options.reference), booth_(std::move(options), clock_) {
+    UsbRangeRingOptions ring_options;
+    if (!reference_.empty()) ring_options.reference = {sim::BoothDevices::kReferenceSerial, {0, 1, 2, 3}};
+    auto ring = MakeUsbRangeRing(booth_.usb_ports(), ring_options, worker_clock_);
     EXPECT_TRUE(ring) << ring.error().Text();
     ring_ = std::move(*ring);
     auto axis = MakeModbusScanAxis(booth_.axis_link(), {}, worker_clock_);
@@ -100,6 +102,7 @@ class ScannerRig {
     request.header.station_id = "sim";
     request.header.ring_radius_mm = 600.0;
     request.header.calibration = RingCalibration::Ideal(600.0);
+    if (!reference_.empty()) request.header.reference = {sim::BoothDevices::kReferenceSerial, "", reference_};
     return request;
   }
   void ToArmed() {
@@ -133,6 +136,7 @@ class ScannerRig {
     if (ticking_ && alive_) scanner_->Tick();
   }
 
+  std::vector<ReferenceSensor> reference_;  ///< Beside the ring, if any: on channels 0 … 3.
   InterleavedClock clock_{milliseconds(10)};
   BeatClock worker_clock_{clock_};
   sim::BoothDevices booth_;

@@ -3,10 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "acquisition/recording.h"
+#include "acquisition/supervised_axis.h"
 #include "tests/acquisition/scanner_rig.h"
 
 namespace annulus {
 namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
 
 TEST(Scanner, TakesABodyFromPowerUpToTheFileAndIsIdleAgain) {
   ScannerRig rig;
@@ -22,6 +30,59 @@ TEST(Scanner, TakesABodyFromPowerUpToTheFileAndIsIdleAgain) {
   ASSERT_TRUE(recording) << recording.error().Text();
   EXPECT_EQ(recording->scan.levels.size(), ScannerRig::ShortPlan().TotalLevels());
   EXPECT_EQ(rig.booth_.drive().state(), DriveState::kSwitchOnDisabled);
+}
+
+TEST(Scanner, DoesWithoutALostReferenceBoardAndFindsItAgainWhenItIsArmed) {
+  sim::BoothOptions options = ScannerRig::Options();
+  options.reference = StandardReferenceSensors();
+  ScannerRig rig(std::move(options));
+  sim::RingBoardModel& board = rig.booth_.board(sim::BoothDevices::kReference);
+  const auto warned = Contains(HasSubstr("reference board 1013 gives no readings"));
+  ASSERT_NO_FATAL_FAILURE(rig.ToArmed());
+  EXPECT_THAT(rig.scanner_->status().warnings, Not(warned));
+  board.UnplugAt(rig.clock_.Now() + seconds(3));
+  ASSERT_TRUE(rig.Start());
+  ASSERT_TRUE(rig.RunUntil([&] { return rig.scanner_->status().scan.has_value(); })) << rig.Told();
+  const ScanResult scan = *rig.scanner_->status().scan;
+  ASSERT_TRUE(scan.status) << scan.status.error().Text();
+  EXPECT_TRUE(scan.complete) << scan.summary.BriefReport();
+  EXPECT_THAT(scan.summary.reference_trouble, HasSubstr("unplugged"));
+  EXPECT_GT(scan.summary.reference_levels, 0U);
+  EXPECT_LT(scan.summary.reference_levels, scan.summary.levels);
+  EXPECT_THAT(rig.scanner_->status().warnings, warned);
+  EXPECT_TRUE(rig.scanner_->status().causes.empty()) << rig.Told();
+  const auto recording = ReadWholeRecording(rig.storage_, "scan.mcap");
+  ASSERT_TRUE(recording) << recording.error().Text();
+  EXPECT_TRUE(recording->report.clean());
+  ASSERT_TRUE(recording->scan.header.reference);
+  EXPECT_EQ(recording->scan.header.reference->firmware_version, "1.2.0");
+
+  ASSERT_TRUE(rig.RunUntil(ScanState::kIdle, seconds(1))) << rig.Told();
+  board.PlugIn();
+  ArmRequest again = rig.Request();
+  again.out = "again.mcap";
+  ASSERT_TRUE(rig.scanner_->OrderArm(again));
+  ASSERT_TRUE(rig.RunUntil(ScanState::kArmed, seconds(10))) << rig.Told();
+  EXPECT_THAT(rig.scanner_->status().warnings, Not(warned));
+  ASSERT_TRUE(rig.Start());
+  ASSERT_TRUE(rig.RunUntil([&] { return rig.scanner_->status().scan->number == 2; })) << rig.Told();
+  const ScanSummary second = rig.scanner_->status().scan->summary;
+  EXPECT_EQ(second.reference_levels, second.levels);
+}
+
+TEST(Scanner, AnEmitterFaultOfTheReferenceBoardStopsAsAnyBoardsDoes) {
+  sim::BoothOptions options = ScannerRig::Options();
+  options.reference = StandardReferenceSensors();
+  ScannerRig rig(std::move(options));
+  ASSERT_NO_FATAL_FAILURE(rig.ToArmed());
+  sim::BoardFault fault;
+  fault.kind = sim::BoardFaultKind::kEmitterFault;
+  fault.from = rig.clock_.Now() + seconds(3);
+  rig.booth_.board(sim::BoothDevices::kReference).faults().Add(fault);
+  ASSERT_TRUE(rig.Start());
+  ASSERT_TRUE(rig.RunUntil([&] { return rig.scanner_->status().scan.has_value(); })) << rig.Told();
+  ASSERT_FALSE(rig.scanner_->status().causes.empty());
+  EXPECT_EQ(rig.scanner_->status().causes.front().code, CauseOf(RingTrouble::kEmitter));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -51,7 +52,8 @@ struct TappedBooth {
 
   explicit TappedBooth(sim::BoothOptions options, const Between& between = {},
                        std::unique_ptr<Clock> other_clock = nullptr)
-      : owned_clock(other_clock != nullptr ? std::move(other_clock) : std::make_unique<ManualClock>()),
+      : reference(ReferenceOf(options)),
+        owned_clock(other_clock != nullptr ? std::move(other_clock) : std::make_unique<ManualClock>()),
         clock(*owned_clock),
         booth(std::move(options), clock),
         link(booth.axis_link(), tap, clock) {
@@ -60,17 +62,22 @@ struct TappedBooth {
       ports = TapUsbPorts(between.usb ? between.usb(booth.usb_ports(), clock) : booth.usb_ports(), tap, clock);
       std::vector<UsbPort*> tapped;
       for (const auto& port : ports) tapped.push_back(port.get());
+      UsbRangeRingOptions ring_options;
+      ring_options.reference = reference;
       bus_record::RingOpening opening;
+      opening.options = ring_options;
       opening.seams = static_cast<std::uint8_t>(tapped.size());
-      ring = Opened(OpenTappedRing(context, opening, [&] { return MakeUsbRangeRing(tapped, {}, clock); }));
+      ring = Opened(OpenTappedRing(context, opening, [&] { return MakeUsbRangeRing(tapped, ring_options, clock); }));
     } else {
       buses = TapCanBuses(between.can ? between.can(booth.can_buses(), clock) : booth.can_buses(), tap, clock);
       std::vector<CanBus*> tapped;
       for (const auto& bus : buses) tapped.push_back(bus.get());
+      CanRangeRingOptions ring_options;
+      ring_options.reference = reference;
       bus_record::RingOpening opening;
-      opening.options = CanRangeRingOptions();
+      opening.options = ring_options;
       opening.seams = static_cast<std::uint8_t>(tapped.size());
-      ring = Opened(OpenTappedRing(context, opening, [&] { return MakeCanRangeRing(tapped, {}, clock); }));
+      ring = Opened(OpenTappedRing(context, opening, [&] { return MakeCanRangeRing(tapped, ring_options, clock); }));
     }
     axis = Opened(OpenTappedAxis(context, {}, [&] { return MakeModbusScanAxis(link, {}, clock); }));
     tap.EndPrelude();
@@ -84,11 +91,20 @@ struct TappedBooth {
     return summary;
   }
 
+  /// The ring's options for the sensors that stand in this booth.
+  static std::optional<ReferenceBoardOptions> ReferenceOf(const sim::BoothOptions& options) {
+    if (options.reference.empty()) return std::nullopt;
+    ReferenceBoardOptions board{sim::BoothDevices::kReferenceSerial, {}};
+    for (const ReferenceSensor& sensor : options.reference) board.channels.push_back(sensor.channel);
+    return board;
+  }
+
   template <class Device>
   static std::unique_ptr<Device> Opened(Result<std::unique_ptr<Device>> opened) {
     return opened ? std::move(*opened) : nullptr;
   }
 
+  std::optional<ReferenceBoardOptions> reference;
   BusTap tap;
   std::unique_ptr<Clock> owned_clock;
   Clock& clock;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "base/ensure.h"
 
 namespace annulus {
@@ -71,6 +74,115 @@ TEST(RingCalibration, KeepsTheDirectionAUnitVectorForAnyAim) {
 
 TEST(RingCalibration, RefusesASensorThatIsNotOnTheRing) {
   EXPECT_THROW((void)RingCalibration::Ideal(600.0, 4).RayOf(4, 0.0), LogicError);
+}
+
+TEST(SensorCalibration, ReadingOfIsTheInverseOfDistance) {
+  SensorCalibration sensor;
+  sensor.range_offset_mm = -3.5;
+  sensor.range_scale = 1.002;
+  for (const double quadratic : {0.0, 2e-6, -2e-6, 1e-4}) {
+    sensor.range_quadratic = quadratic;
+    for (const double reading : {0.0, 50.0, 450.0, 900.0}) {
+      // offset + scale * reading + quadratic * reading^2
+      const double distance = -3.5 + 1.002 * reading + quadratic * reading * reading;
+      EXPECT_NEAR(sensor.Distance(reading), distance, 1e-10);
+      EXPECT_NEAR(sensor.ReadingOf(distance), reading, 1e-9) << quadratic;
+    }
+  }
+}
+
+TEST(SensorCalibration, HasNoReadingBeyondTheTurnOfItsParabola) {
+  SensorCalibration sensor;
+  sensor.range_quadratic = -0.001;  // distance = r - r^2/1000, at most 250 at r = 500
+  EXPECT_NEAR(sensor.ReadingOf(250.0), 500.0, 1e-6);
+  EXPECT_TRUE(std::isnan(sensor.ReadingOf(250.1)));
+}
+
+TEST(RingCalibration, TurnsTheRingAboutXThenYThenMovesIt) {
+  // The sensor at the front (theta 90 degrees) sits at (0, 600, 0) and looks along -y. Turned by a about x it sits at
+  // (0, 600 cos a, 600 sin a): its front is raised.
+  RingCalibration ring = RingCalibration::Ideal(600.0, 4);
+  const double a = 0.1;
+  const double b = 0.2;
+  ring.pose = {3.0, -4.0, a, 0.0};
+  Ray ray = ring.RayOf(1, 1000.0);
+  EXPECT_TRUE(ray.origin.isApprox(Eigen::Vector3d(3.0, 600.0 * std::cos(a) - 4.0, 1000.0 + 600.0 * std::sin(a)), 1e-14));
+  EXPECT_TRUE(ray.direction.isApprox(Eigen::Vector3d(0.0, -std::cos(a), -std::sin(a)), 1e-14));
+  // The sensor at the right sits at (600, 0, 0): about x it stays, about y by b it goes to (600 cos b, 0, -600 sin b).
+  ring.pose.tilt_y = b;
+  ray = ring.RayOf(0, 1000.0);
+  EXPECT_TRUE(ray.origin.isApprox(Eigen::Vector3d(600.0 * std::cos(b) + 3.0, -4.0, 1000.0 - 600.0 * std::sin(b)), 1e-14));
+  EXPECT_TRUE(ray.direction.isApprox(Eigen::Vector3d(-std::cos(b), 0.0, std::sin(b)), 1e-14));
+  // The front one, turned about both: (x, y, z) -> (x cos b + z sin b, y, -x sin b + z cos b).
+  ray = ring.RayOf(1, 1000.0);
+  const Eigen::Vector3d about_x(0.0, 600.0 * std::cos(a), 600.0 * std::sin(a));
+  const Eigen::Vector3d both(about_x.z() * std::sin(b) + 3.0, about_x.y() - 4.0, 1000.0 + about_x.z() * std::cos(b));
+  EXPECT_TRUE(ray.origin.isApprox(both, 1e-14));
+}
+
+TEST(RingCalibration, TurnsTheCentreOfTheRingToItsPlace) {
+  RingCalibration ring = RingCalibration::Ideal(600.0, 180);
+  ring.pose = {1.5, -2.5, 0.02, -0.03};
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 180; ++i) mean += ring.PointOf(i, 800.0, 600.0) / 180.0;
+  EXPECT_LT((mean - Eigen::Vector3d(1.5, -2.5, 800.0)).norm(), 1e-10);
+}
+
+TEST(CarriagePath, IsScaledSlopedAndBentBetweenKnots) {
+  CarriagePath path;
+  path.position_scale = 1.001;
+  path.slope_x = 0.002;
+  path.slope_y = -0.001;
+  EXPECT_TRUE(path.At(1000.0).isApprox(Eigen::Vector3d(2.002, -1.001, 1001.0), 1e-14));
+  path.position_scale = 1.0;
+  path.knots_z_mm = {200.0, 600.0, 1000.0};
+  path.x_mm = {1.0, 2.0, -2.0};
+  path.y_mm = {0.0, 4.0, 0.0};
+  EXPECT_TRUE(path.At(500.0).isApprox(Eigen::Vector3d(1.75 + 1.0, 3.0 - 0.5, 500.0), 1e-14));
+  EXPECT_TRUE(path.At(600.0).isApprox(Eigen::Vector3d(2.0 + 1.2, 4.0 - 0.6, 600.0), 1e-14));
+  EXPECT_TRUE(path.At(0.0).isApprox(Eigen::Vector3d(1.0, 0.0, 0.0), 1e-14)) << "constant below the knots";
+  EXPECT_TRUE(path.At(2000.0).isApprox(Eigen::Vector3d(-2.0 + 4.0, 0.0 - 2.0, 2000.0), 1e-14)) << "and above";
+}
+
+TEST(CarriagePath, CarriesTheWholeRing) {
+  RingCalibration ring = RingCalibration::Ideal(600.0, 4);
+  ring.carriage.position_scale = 1.01;
+  ring.carriage.slope_y = 0.01;
+  const Eigen::Vector3d point = ring.PointOf(0, 1000.0, 450.0);
+  EXPECT_TRUE(point.isApprox(Eigen::Vector3d(150.0, 10.1, 1010.0), 1e-14));
+}
+
+TEST(RingCalibration, AtTemperatureRaisesAllOffsetsByTheCoefficient) {
+  RingCalibration ring = RingCalibration::Ideal(600.0, 4);
+  ring.sensors[2].range_offset_mm = 1.25;
+  ring.reference_c = 22.0;
+  ring.range_mm_per_c = 0.03;
+  const RingCalibration warm = ring.AtTemperature(32.0);
+  EXPECT_NEAR(warm.sensors[0].range_offset_mm, 0.3, 1e-12);
+  EXPECT_NEAR(warm.sensors[2].range_offset_mm, 1.55, 1e-12);
+  EXPECT_EQ(warm.reference_c, 32.0);
+  EXPECT_EQ(warm.range_mm_per_c, 0.03);
+  // There and back again is where it was.
+  EXPECT_NEAR(warm.AtTemperature(22.0).sensors[2].range_offset_mm, 1.25, 1e-12);
+}
+
+TEST(RingCalibration, IsPlainWithoutPoseCarriageAndQuadraticTerms) {
+  RingCalibration ring = RingCalibration::Ideal(600.0, 4);
+  ring.sensors[1].range_offset_mm = 2.0;
+  ring.sensors[1].range_scale = 1.01;
+  ring.ring_serial = "ring-1";
+  ring.range_mm_per_c = 0.02;
+  ring.uncertainty.emplace();
+  EXPECT_TRUE(ring.IsPlain());
+  RingCalibration other = ring;
+  other.pose.x_mm = 1e-9;
+  EXPECT_FALSE(other.IsPlain());
+  other = ring;
+  other.carriage.knots_z_mm = {100.0};
+  EXPECT_FALSE(other.IsPlain());
+  other = ring;
+  other.sensors[3].range_quadratic = -1e-9;
+  EXPECT_FALSE(other.IsPlain());
 }
 
 }  // namespace

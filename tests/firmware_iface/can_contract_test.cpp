@@ -58,8 +58,10 @@ class SimulatedRing final : public RangeRingFixture {
     std::size_t buses = 1;
     bool fd = false;
     sim::CanFrameFaults faults;
+    std::vector<ReferenceSensor> reference{};  ///< On a board of which the ring must not take notice.
   };
   explicit SimulatedRing(const Set& set) : booth_(Options(set)), fd_(set.fd) {
+    if (!set.reference.empty()) options_.reference = {sim::BoothDevices::kReferenceSerial, {0, 1}};
     for (CanBus* bus : booth_.can_buses()) {
       buses_.push_back(std::make_unique<sim::FaultyCanBus>(*bus, booth_.clock(), set.faults));
     }
@@ -70,7 +72,7 @@ class SimulatedRing final : public RangeRingFixture {
   Result<std::unique_ptr<RangeRing>> Make() override {
     std::vector<CanBus*> buses;
     for (const auto& bus : buses_) buses.push_back(bus.get());
-    return MakeCanRangeRing(buses, {}, booth_.clock());
+    return MakeCanRangeRing(buses, options_, booth_.clock());
   }
   [[nodiscard]] std::vector<Board> boards() const override {
     std::vector<Board> boards;
@@ -101,10 +103,12 @@ class SimulatedRing final : public RangeRingFixture {
     options.axis.start_z_mm = 500.0;
     options.can_buses = set.buses;
     options.can_fd = set.fd;
+    options.reference = set.reference;
     return options;
   }
 
   sim::Booth booth_;
+  CanRangeRingOptions options_;
   std::vector<std::unique_ptr<sim::FaultyCanBus>> buses_;
   bool fd_;
   std::vector<std::uint16_t> first_sensors_;  ///< What each board says.
@@ -122,14 +126,16 @@ sim::CanFrameFaults Displacing(std::uint64_t seed) {
   return faults;
 }
 
-INSTANTIATE_TEST_SUITE_P(Can, RangeRingContract,
-                         testing::Values(Ring("OneBus", {1, false, {}}), Ring("TwoBuses", {2, false, {}}),
-                                         Ring("TwelveBuses", {12, false, {}}), Ring("FdBus", {1, true, {}}),
-                                         Ring("TwoFdBuses", {2, true, {}}),
-                                         Ring("DisplacedFrames", {1, false, Displacing(1)}),
-                                         Ring("DisplacedFramesOnTwoBuses", {2, false, Displacing(2)}),
-                                         Ring("DisplacedFdFrames", {2, true, Displacing(3)})),
-                         NameOfCase);
+INSTANTIATE_TEST_SUITE_P(
+    Can, RangeRingContract,
+    testing::Values(Ring("OneBus", {1, false, {}}), Ring("TwoBuses", {2, false, {}}),
+                    Ring("TwelveBuses", {12, false, {}}), Ring("FdBus", {1, true, {}}),
+                    Ring("TwoFdBuses", {2, true, {}}), Ring("DisplacedFrames", {1, false, Displacing(1)}),
+                    Ring("DisplacedFramesOnTwoBuses", {2, false, Displacing(2)}),
+                    Ring("DisplacedFdFrames", {2, true, Displacing(3)}),
+                    Ring("WithReference", {1, false, {}, StandardReferenceSensors()}),
+                    Ring("DisplacedFramesWithReference", {2, false, Displacing(4), StandardReferenceSensors()})),
+    NameOfCase);
 
 }  // namespace
 }  // namespace annulus::contract

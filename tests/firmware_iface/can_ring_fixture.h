@@ -25,6 +25,7 @@ class CanRingBench {
     bool fd = false;
     sim::CanWireOptions wire;
     sim::BeamOptions beam = sim::ExactBeam();
+    std::vector<ReferenceSensor> reference{};
   };
   CanRingBench() : CanRingBench(Set()) {}
   explicit CanRingBench(Set set) : booth_(Options(set)) {
@@ -38,6 +39,7 @@ class CanRingBench {
     options.can_buses = set.buses;
     options.can_fd = set.fd;
     options.can_wire = set.wire;
+    options.reference = set.reference;
     return options;
   }
   std::vector<CanBus*> Buses() {

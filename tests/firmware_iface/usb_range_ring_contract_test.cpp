@@ -18,7 +18,9 @@ using std::chrono::milliseconds;
 /// The boards of the simulated booth through ports that never close, in virtual time.
 class BorrowedPorts : public RangeRingFixture {
  public:
-  BorrowedPorts() : booth_(Options()) {
+  /// `reference`: sensors beside the ring, on a board of which the ring must not take notice.
+  explicit BorrowedPorts(const std::vector<ReferenceSensor>& reference = {}) : booth_(Options(reference)) {
+    if (!reference.empty()) options_.reference = {sim::BoothDevices::kReferenceSerial, {0, 1}};
     for (UsbPort* port : booth_.usb_ports()) {
       ports_.push_back(std::make_unique<ForwardingUsbPort>(*port));
       first_sensors_.push_back(static_cast<std::uint16_t>(15 * first_sensors_.size()));
@@ -29,7 +31,7 @@ class BorrowedPorts : public RangeRingFixture {
   Result<std::unique_ptr<RangeRing>> Make() override {
     std::vector<UsbPort*> ports;
     for (const auto& port : ports_) ports.push_back(port.get());
-    return MakeUsbRangeRing(ports, {}, booth_.clock());
+    return MakeUsbRangeRing(ports, options_, booth_.clock());
   }
   [[nodiscard]] std::vector<Board> boards() const override {
     std::vector<Board> boards;
@@ -60,15 +62,18 @@ class BorrowedPorts : public RangeRingFixture {
 
  protected:
   [[nodiscard]] sim::Booth& booth() { return booth_; }
+  [[nodiscard]] const UsbRangeRingOptions& options() const { return options_; }
 
  private:
-  static sim::BoothOptions Options() {
+  static sim::BoothOptions Options(const std::vector<ReferenceSensor>& reference) {
     sim::BoothOptions options = sim::CylinderBooth();
+    options.reference = reference;
     options.axis.start_z_mm = 500.0;
     return options;
   }
 
   mutable sim::Booth booth_;
+  UsbRangeRingOptions options_;
   std::vector<std::unique_ptr<ForwardingUsbPort>> ports_;
   std::vector<std::uint16_t> first_sensors_;  ///< What each board says.
 };
@@ -76,8 +81,9 @@ class BorrowedPorts : public RangeRingFixture {
 /// The same boards on a bus where they can be unplugged, through ports of which `plan` says how they lie.
 class SimulatedBus final : public BorrowedPorts {
  public:
-  explicit SimulatedBus(const sim::UsbFaultPlan& plan) : host_(booth().clock()) {
-    for (std::size_t i = 0; i < sim::Booth::kBoards; ++i) host_.Add(booth().board(i));
+  explicit SimulatedBus(const sim::UsbFaultPlan& plan, const std::vector<ReferenceSensor>& reference = {})
+      : BorrowedPorts(reference), host_(booth().clock()) {
+    for (std::size_t i = 0; i < booth().board_count(); ++i) host_.Add(booth().board(i));
     host_.wrap = [this, plan](std::unique_ptr<UsbPort> port) {
       sim::UsbFaultPlan own = plan;
       own.seed += ++ports_;
@@ -86,7 +92,7 @@ class SimulatedBus final : public BorrowedPorts {
   }
   ~SimulatedBus() override { EXPECT_EQ(host_.leaked_transfers(), 0U); }
 
-  Result<std::unique_ptr<RangeRing>> Make() override { return OpenUsbRangeRing(host_, {}, clock()); }
+  Result<std::unique_ptr<RangeRing>> Make() override { return OpenUsbRangeRing(host_, options(), clock()); }
   [[nodiscard]] bool CanUnplug() const override { return true; }
   void Unplug(std::size_t board) override { host_.UnplugAt(board, clock().Now()); }
   void Replug(std::size_t board) override { host_.PlugAt(board, clock().Now() + milliseconds(300), milliseconds(900)); }
@@ -125,7 +131,10 @@ RangeRingCase Case(const char* name, Arguments... arguments) {
 using Ending = sim::UsbFaultPlan::UnplugEnding;
 INSTANTIATE_TEST_SUITE_P(Usb, RangeRingContract,
                          testing::Values(Case<BorrowedPorts>("borrowed_ports"),
+                                         Case<BorrowedPorts>("with_reference", StandardReferenceSensors()),
                                          Case<SimulatedBus>("simulated_bus", sim::UsbFaultPlan{}),
+                                         Case<SimulatedBus>("bus_with_reference", Bearable(Ending::kAny),
+                                                            StandardReferenceSensors()),
                                          Case<SimulatedBus>("faulty_bus", Bearable(Ending::kAny)),
                                          Case<SimulatedBus>("unplug_ends_in_error", Bearable(Ending::kError)),
                                          Case<SimulatedBus>("unplug_ends_well", Bearable(Ending::kCompleted))),

@@ -33,10 +33,10 @@ class UsbRangeRingFaults : public testing::Test {
   explicit UsbRangeRingFaults(sim::BoothOptions options = Options())
       : booth_(std::move(options)),
         host_(booth_.clock()),
-        plans_(Booth::kBoards),
-        logs_(Booth::kBoards),
-        faulty_(Booth::kBoards) {
-    for (std::size_t i = 0; i < Booth::kBoards; ++i) {
+        plans_(booth_.board_count()),
+        logs_(booth_.board_count()),
+        faulty_(booth_.board_count()) {
+    for (std::size_t i = 0; i < booth_.board_count(); ++i) {
       host_.Add(booth_.board(i));
       plans_[i].seed = 100 + i;
     }

@@ -49,5 +49,25 @@ TEST(Booth, NeedsASubjectAndAWholeRing) {
   EXPECT_THROW(Booth(std::move(options)), LogicError);
 }
 
+TEST(Booth, ItsRingsZerosMoveWithTheTemperatureThatItsBoardsReport) {
+  BoothOptions options = CylinderBooth();
+  options.calibration = RingCalibration::Ideal(600.0);
+  options.calibration->range_mm_per_c = 0.05;
+  options.calibration->reference_c = 20.0;
+  options.board.temperature_c = 24.0;
+  options.axis.start_z_mm = kCylinderTopMm / 2.0;
+  Booth booth(std::move(options));
+  EXPECT_NEAR(booth.true_calibration().sensors[7].range_offset_mm, 0.2, 1e-12);
+  const auto ring = MakeUsbRangeRing(booth.usb_ports(), {}, booth.clock());
+  ASSERT_TRUE(ring) << ring.error().Text();
+  ASSERT_TRUE((*ring)->Start(Hertz(20.0)));
+  const auto level = (*ring)->NextLevel(booth.clock().Now() + std::chrono::seconds(1));
+  ASSERT_TRUE(level) << level.error().Text();
+  // A zero that is higher makes readings lower.
+  for (const double range_mm : level->range_mm) EXPECT_NEAR(range_mm, 450.0 - 0.2, 1e-3);
+  for (const BoardStamp& board : level->boards) EXPECT_NEAR(board.temperature_c, 24.0, 1.0);
+  EXPECT_TRUE((*ring)->Stop());
+}
+
 }  // namespace
 }  // namespace annulus::sim

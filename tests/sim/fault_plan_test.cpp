@@ -61,7 +61,7 @@ TEST(FaultPlan, RefusesWhatItDoesNotKnowAndSaysWhatIsAllowed) {
   EXPECT_THAT(fault(at + R"("target": "usb", "kind": "slip")"), AllOf(HasSubstr("\"slip\""), HasSubstr("unplug")));
   EXPECT_THAT(fault(at + R"("target": "usb", "kind": "zero", "args": {"bord": 1})"),
               AllOf(HasSubstr("faults[0].args: unknown key \"bord\""), HasSubstr("board, share")));
-  EXPECT_THAT(fault(at + R"("target": "usb", "kind": "zero", "args": {"board": 12})"), HasSubstr("0 to 11"));
+  EXPECT_THAT(fault(at + R"("target": "usb", "kind": "zero", "args": {"board": 13})"), HasSubstr("0 to 12"));
   EXPECT_THAT(fault(at + R"("target": "usb", "kind": "zero", "args": {"board": 1.5})"), HasSubstr("not whole"));
   EXPECT_THAT(fault(at + R"("target": "axis", "kind": "slip")"), HasSubstr("speed_mm_s is missing"));
   EXPECT_THAT(fault(at + R"("target": "axis", "kind": "limit", "args": {"end": "left"})"),

@@ -260,6 +260,50 @@ TEST(SensorFaults, ClocksStandJumpAndWrap) {
   }
 }
 
+/// A booth in which each sensor's zero is 0.1 mm times its number.
+BoothOptions NumberedSensors() {
+  BoothOptions options = CylinderBooth();
+  options.calibration = RingCalibration::Ideal(600.0);
+  for (std::size_t i = 0; i < 180; ++i) options.calibration->sensors[i].range_offset_mm = 0.1 * static_cast<double>(i);
+  return options;
+}
+
+TEST(SensorFaults, SwappedChannelsReadEachOthersSensor) {
+  const std::string swap =
+      TimeOf("0.2", R"("for_s": 0.4, "target": "sensors", "kind": "swapped", "args": {"sensor": 33, "other": 41})");
+  FaultyBooth booth(PlanOf(swap), NumberedSensors());
+  const auto ring = booth.OpenRing();
+  ASSERT_TRUE(ring) << ring.error().Text();
+  ASSERT_TRUE((*ring)->Start(Hertz(20.0)));
+  const auto levels = booth.TakeLevels(**ring, 20);
+  ASSERT_TRUE(levels) << levels.error().Text();
+  const auto zero_of = [&](std::size_t level, std::size_t channel) {
+    return std::lround((FaultyBooth::kTrueRangeMm - (*levels)[level].range_mm[channel]) / 0.1);
+  };
+  EXPECT_EQ(zero_of(0, 33), 33);
+  EXPECT_EQ(zero_of(0, 41), 41);
+  EXPECT_EQ(zero_of(8, 33), 41);
+  EXPECT_EQ(zero_of(8, 41), 33);
+  EXPECT_EQ(zero_of(8, 34), 34);
+  EXPECT_EQ(zero_of(19, 33), 33);
+}
+
+TEST(SensorFaults, SwappedBoardsReadEachOthersSensors) {
+  const std::string swap =
+      TimeOf("0", R"("target": "sensors", "kind": "swapped", "args": {"sensor": 30, "other": 75, "sensors": 15})");
+  FaultyBooth booth(PlanOf(swap), NumberedSensors());
+  const auto ring = booth.OpenRing();
+  ASSERT_TRUE(ring) << ring.error().Text();
+  ASSERT_TRUE((*ring)->Start(Hertz(20.0)));
+  const auto levels = booth.TakeLevels(**ring, 1);
+  ASSERT_TRUE(levels) << levels.error().Text();
+  for (std::size_t i = 0; i < 180; ++i) {
+    const std::size_t expected = i >= 30 && i < 45 ? i + 45 : i >= 75 && i < 90 ? i - 45 : i;
+    EXPECT_NEAR(FaultyBooth::kTrueRangeMm - levels->front().range_mm[i], 0.1 * static_cast<double>(expected), 1e-3)
+        << i;
+  }
+}
+
 TEST(SensorFaults, WrongVersionsAndPlacesAreRefused) {
   FaultyBooth protocol(TimeOf("0", R"("target": "sensors", "kind": "protocol", "args": {"board": 5, "version": 9})"));
   const auto ring = protocol.OpenRing();

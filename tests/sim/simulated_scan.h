@@ -37,15 +37,18 @@ inline std::vector<ScanLevel> EmptyLevels(const ScanPlan& plan, double turn_s = 
   return levels;
 }
 
-/// A scan as an ideal ring of 180 sensors at 600 mm takes it, without bus, axis and clocks: much faster than a booth.
-inline Scan SimulateScan(const Subject& subject, const ScanPlan& plan, const BeamOptions& options, std::uint64_t seed) {
-  constexpr double kRadius = 600.0;
+inline constexpr double kSimulatedRingMm = 600.0;
+
+/// A scan as a ring of 180 sensors takes it, without bus, axis and clocks: much faster than a booth. `ring` is both
+/// true and known.
+inline Scan SimulateScan(const Subject& subject, const ScanPlan& plan, const BeamOptions& options, std::uint64_t seed,
+                         const RingCalibration& ring = RingCalibration::Ideal(kSimulatedRingMm)) {
   Scan scan;
   scan.header.station_id = "sim";
   scan.header.profile = plan.profile;
   scan.header.plan_json = PlanJson(plan);
-  scan.header.ring_radius_mm = kRadius;
-  scan.header.calibration = RingCalibration::Ideal(kRadius);
+  scan.header.ring_radius_mm = kSimulatedRingMm;
+  scan.header.calibration = ring;
   scan.levels = EmptyLevels(plan);
   const BeamModel beam(options);
   std::mt19937_64 random(MixSeed(seed, 77));
@@ -54,8 +57,8 @@ inline Scan SimulateScan(const Subject& subject, const ScanPlan& plan, const Bea
     for (std::size_t sensor = 0; sensor < level.readings.size(); ++sensor) {
       RangeReading& reading = level.readings[sensor];
       const BeamReading seen =
-          beam.Measure(subject, scan.header.calibration.RayOf(sensor, reading.z_mm), time_s, 2.0 * kRadius, random);
-      reading.range_mm = seen.range_mm;
+          beam.Measure(subject, ring.RayOf(sensor, reading.z_mm), time_s, 2.0 * kSimulatedRingMm, random);
+      reading.range_mm = ring.sensors[sensor].ReadingOf(seen.range_mm);
       reading.quality = seen.quality;
     }
   }

@@ -72,7 +72,7 @@ faults = "plans/estop.json"
   EXPECT_TRUE(config->profiles.at("bust").find_top);
   EXPECT_FALSE(config->profiles.at("bust").z_top_mm.has_value());
   EXPECT_EQ(config->profiles.at("bust").sweeps, 2U);
-  EXPECT_EQ(config->calibration_file, "cal.json");
+  EXPECT_EQ(config->calibration.file, "cal.json");
   EXPECT_EQ(config->sim.seed, 42U);
   EXPECT_EQ(config->sim.subject, "head");
   EXPECT_EQ(config->sim.noise_mm, 0.25);
@@ -82,6 +82,58 @@ faults = "plans/estop.json"
   EXPECT_EQ(config->sim.step_aside_s, 8.0);
   EXPECT_EQ(config->sim.leave_s, 12.5);
   EXPECT_EQ(config->sim.raise_arm_s, 3.0);
+}
+
+TEST(Config, ReadsATargetAndTheRingsErrors) {
+  const auto config = ParseConfig(R"(
+[sim]
+ring_errors = 1
+ring_seed = 17
+ring_tilt_deg = 0.5
+ring_bend_mm = 0.3
+ring_position_scale = 1.0004
+ring_range_mm_per_c = 0.01
+ring_temperature_c = 24
+[sim.target]
+kind = "step"
+radius_mm = 75
+true_radius_mm = 75.1
+height_mm = 900
+step_mm = 6
+edges_mm = [200, 500]
+x_mm = 80
+y_mm = -20
+tilt_x_deg = 5
+tilt_y_deg = -90e-1
+turn_deg = 60
+out_of_round_mm = 0.05
+taper_mm_per_m = 0.2
+seed = 4
+moved_at_s = 20
+moved_y_mm = 1.5
+)",
+                                  "test.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  const SimRing ring{1.0, 17, RadiansFromDegrees(0.5), 0.3, 1.0004, 0.01, 24.0};
+  EXPECT_EQ(config->sim.ring, ring);
+  ASSERT_TRUE(config->sim.target);
+  const SimTarget& target = *config->sim.target;
+  EXPECT_EQ(target.target.kind, CalibrationTarget::Kind::kStep);
+  EXPECT_EQ(target.target.radius_mm, 75.0);
+  EXPECT_EQ(target.truth.radius_mm, 75.1);
+  EXPECT_EQ(target.target.height_mm, 900.0);
+  EXPECT_EQ(target.target.edges_mm, (std::vector<double>{200.0, 500.0}));
+  EXPECT_EQ(target.placement.x_mm, 80.0);
+  EXPECT_EQ(target.placement.y_mm, -20.0);
+  EXPECT_DOUBLE_EQ(target.placement.tilt_x, RadiansFromDegrees(5.0));
+  EXPECT_DOUBLE_EQ(target.placement.tilt_y, RadiansFromDegrees(-9.0));
+  EXPECT_DOUBLE_EQ(target.placement.turn_rad, RadiansFromDegrees(60.0));
+  EXPECT_EQ(target.out_of_round_mm, 0.05);
+  EXPECT_DOUBLE_EQ(target.truth.taper, 2e-4);
+  EXPECT_EQ(target.seed, 4U);
+  ASSERT_TRUE(target.moved);
+  EXPECT_EQ(target.moved->at_s, 20.0);
+  EXPECT_EQ(target.moved->y_mm, 1.5);
 }
 
 /// The message of a configuration that must be refused.
@@ -96,6 +148,17 @@ TEST(Config, AnUnknownKeyIsRefusedWithItsLineAndTheKnownOnes) {
   EXPECT_THAT(text, HasSubstr("line 4"));
   EXPECT_THAT(text, HasSubstr("'radius'"));
   EXPECT_THAT(text, HasSubstr("radius_mm"));
+}
+
+TEST(Config, ATargetThatCannotBeIsRefusedWithItsReason) {
+  const auto target = [](const std::string& keys) { return RefusalOf("[sim]\n[sim.target]\n" + keys + "\n"); };
+  EXPECT_THAT(target("kind = \"cone\""), HasSubstr("\"cylinder\""));
+  EXPECT_THAT(target("kind = \"cylinder\""), HasSubstr("it has no radius"));
+  EXPECT_THAT(target("radius_mm = 50\nout_of_round_mm = 20"), HasSubstr("not convex"));
+  EXPECT_THAT(target("kind = \"step\"\nradius_mm = 50\nstep_mm = 5\nedges_mm = [300, 200]"), HasSubstr("ascend"));
+  EXPECT_THAT(target("kind = \"sphere\"\nradius_mm = 4"), HasSubstr("rod"));
+  EXPECT_THAT(target("kind = \"plane\"\nout_of_round_mm = 0.1"), HasSubstr("board"));
+  EXPECT_THAT(target("kind = \"plane\"\nbredth_mm = 3"), HasSubstr("'bredth_mm'"));
 }
 
 TEST(Config, AnUnknownSectionIsRefusedWithItsLine) {
@@ -152,6 +215,59 @@ call = { line = "X4-8", bias = "pull-up", active_low = true }
   EXPECT_EQ(call.name, "X4-8");
   EXPECT_EQ(call.bias, GpioBias::kPullUp);
   EXPECT_TRUE(call.active_low);
+}
+
+TEST(Config, ReadsWhereTheReferenceSensorsStand) {
+  const auto config = ParseConfig(R"(
+[ring]
+radius_mm = 610
+reference = { board = 1013, sensors = [
+  { channel = 4, theta_deg = 90, distance_mm = 900, height_mm = 950 },
+  { channel = 0, theta_deg = -90, distance_mm = 1000, height_mm = 1500, aim_deg = 2 } ] }
+)",
+                                  "test.toml");
+  ASSERT_TRUE(config) << config.error().Text();
+  ASSERT_TRUE(config->ring.reference);
+  EXPECT_EQ(config->ring.reference->board, 1013U);
+  ASSERT_EQ(config->ring.reference->sensors.size(), 2U);
+  const ReferenceSensor front{4, kPi / 2.0, 900.0, 950.0, 0.0};
+  EXPECT_EQ(config->ring.reference->sensors[0], front);
+  EXPECT_NEAR(config->ring.reference->sensors[1].aim, 0.0349065850, 1e-9);
+  EXPECT_EQ(ReferenceBoardOf(config->ring)->channels, (std::vector<std::uint8_t>{4, 0}));
+  EXPECT_FALSE(config->sim.reference);
+}
+
+TEST(Config, TheSimulatedReferenceBoardHasFrontAndSideAtTwoHeightsUnlessTold) {
+  const auto standard = ParseConfig("[sim]\nreference = true\n", "test.toml");
+  ASSERT_TRUE(standard) << standard.error().Text();
+  EXPECT_EQ(standard->ring.reference->sensors, StandardReferenceSensors());
+  const auto own = ParseConfig(
+      "[sim]\nreference = true\n[ring]\nreference = { board = 1013, sensors = [ { distance_mm = 800, height_mm = 1 } ] "
+      "}\n",
+      "test.toml");
+  ASSERT_TRUE(own) << own.error().Text();
+  EXPECT_EQ(own->ring.reference->sensors.size(), 1U);
+  EXPECT_FALSE(ParseConfig("", "test.toml")->ring.reference);
+}
+
+TEST(Config, RefusesReferenceSensorsThatCannotBe) {
+  const auto refused = [](const std::string& reference) {
+    return RefusalOf("[ring]\nboards = { 1001 = 0 }\nreference = " + reference + "\n");
+  };
+  const std::string sensor = "{ channel = 0, distance_mm = 900, height_mm = 950 }";
+  EXPECT_EQ(refused("{ board = 1013, sensors = [" + sensor + "] }"), "accepted");
+  EXPECT_THAT(refused("5"), HasSubstr("line 3"));
+  EXPECT_THAT(refused("{ board = 1013 }"), HasSubstr("sensors"));
+  EXPECT_THAT(refused("{ sensors = [" + sensor + "] }"), HasSubstr("board"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [] }"), HasSubstr("at least one"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ 5 ] }"), HasSubstr("line 3"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [" + sensor + "," + sensor + "] }"), HasSubstr("different channels"));
+  EXPECT_THAT(refused("{ board = 1001, sensors = [" + sensor + "] }"), HasSubstr("not one of [ring] boards"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { channel = 15, distance_mm = 900, height_mm = 950 } ] }"),
+              HasSubstr("channel"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { distance_mm = 500, height_mm = 950 } ] }"),
+              HasSubstr("beyond the ring"));
+  EXPECT_THAT(refused("{ board = 1013, sensors = [ { height_mm = 950 } ] }"), HasSubstr("distance"));
 }
 
 TEST(Config, ReadsAnAddressWithColonsOfItsOwn) {

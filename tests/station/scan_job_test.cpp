@@ -152,6 +152,97 @@ TEST_F(ScanJob, SpectaclesNeedAFaceThatIsKnown) {
   EXPECT_THAT(outcome.error().Text(), HasSubstr("spectacles"));
 }
 
+TEST_F(ScanJob, ATargetIsScannedByTheRingThatWasDrawn) {
+  config_.sim.noise_mm = config_.sim.outlier_rate = config_.sim.dropout_rate = 0.0;
+  config_.sim.ring.errors = 1.0;
+  config_.sim.ring.seed = 12;
+  config_.sim.ring.tilt_rad = 0.01;
+  config_.sim.ring.temperature_c = 26.0;
+  config_.sim.ring.range_mm_per_c = 0.02;
+  SimTarget& target = config_.sim.target.emplace();
+  target.target.radius_mm = 75.0;
+  target.target.height_mm = 1300.0;
+  target.truth.radius_mm = 75.1;
+  target.placement.x_mm = 90.0;
+  const auto outcome = RunScanJob(config_, {"belt", Path("scan.mcap"), "", ""}, storage_, {});
+  ASSERT_TRUE(outcome) << outcome.error().Text();
+  const auto scan = ReadRecording(storage_, Path("scan.mcap"));
+  ASSERT_TRUE(scan) << scan.error().Text();
+  EXPECT_EQ(scan->header.source, "cylinder");
+  EXPECT_EQ(scan->header.calibration.sensors, RingCalibration::Ideal(600.0).sensors);  // nobody has calibrated it
+  ASSERT_TRUE(scan->header.machine.ring_temperature_c);
+  EXPECT_NEAR(*scan->header.machine.ring_temperature_c, 26.0, 0.5);
+  const auto ring = SimulatedRing(config_.sim.ring, 600.0, config_.sim.seed);
+  ASSERT_TRUE(ring);
+  EXPECT_EQ(ring->ring_serial, "SIM-RING-12");
+  const RingCalibration warm = ring->AtTemperature(26.0);
+  std::size_t returns = 0;
+  for (const ScanLevel& level : scan->levels) {
+    for (std::size_t sensor = 0; sensor < level.readings.size(); ++sensor) {
+      const RangeReading& reading = level.readings[sensor];
+      if (!std::isfinite(reading.range_mm) || reading.quality < 100) continue;
+      const Eigen::Vector3d p = warm.PointOf(sensor, reading.z_mm, reading.range_mm);
+      // Upright: heights do not matter. A spot of 2 mm sees a little more than its middle.
+      EXPECT_NEAR((p.head<2>() - Eigen::Vector2d(90.0, 0.0)).norm(), 75.1, 0.02);
+      ++returns;
+    }
+  }
+  EXPECT_GT(returns, 50 * scan->levels.size());
+}
+
+TEST_F(ScanJob, ATargetThatHalfOfTheSensorsDoNotSeeIsScannedToTheEnd) {
+  SimTarget& target = config_.sim.target.emplace();
+  target.target.radius_mm = 60.0;
+  target.placement.x_mm = 120.0;  // beams towards the axis that pass it more than 60 mm beside meet nothing
+  ProfileConfig low = config_.profiles["belt"];
+  low.z_top_mm = 900.0;
+  low.z_bottom_mm = 200.0;
+  low.of_target = true;
+  config_.profiles["target"] = low;
+  config_.sim.ring.errors = 1.0;
+  const auto outcome = RunScanJob(config_, {"target", Path("scan.mcap"), "", ""}, storage_, {});
+  ASSERT_TRUE(outcome) << outcome.error().Text();
+  EXPECT_EQ(outcome->summary.missing_levels, 0U);
+  EXPECT_GT(outcome->summary.no_returns, outcome->summary.returns);
+  ASSERT_TRUE(outcome->quality);
+  EXPECT_EQ(outcome->quality->verdict, QualityVerdict::kGood);
+  low.of_target = false;
+  config_.profiles["mine"] = low;
+  const auto person = RunScanJob(config_, {"mine", Path("other.mcap"), "", ""}, storage_, {});
+  ASSERT_FALSE(person);
+  EXPECT_THAT(person.error().Text(), HasSubstr("too many sensors see nothing"));
+}
+
+TEST_F(ScanJob, ATargetDoesNotBreathe) {
+  config_.sim.target.emplace().target.radius_mm = 150.0;
+  config_.sim.breathing = 0.01;
+  const auto outcome = RunScanJob(config_, {"belt", Path("scan.mcap"), "", ""}, storage_, {});
+  ASSERT_FALSE(outcome);
+  EXPECT_THAT(outcome.error().Text(), HasSubstr("sim.breathing"));
+}
+
+TEST_F(ScanJob, ATargetThatIsPushedStandsElsewhereAfterwards) {
+  config_.sim.noise_mm = config_.sim.outlier_rate = config_.sim.dropout_rate = 0.0;
+  SimTarget& target = config_.sim.target.emplace();
+  target.target.radius_mm = 150.0;
+  target.target.height_mm = 1300.0;
+  const auto still = RunScanJob(config_, {"belt", Path("a.mcap"), "", ""}, storage_, {});
+  ASSERT_TRUE(still) << still.error().Text();
+  const auto before = ReadRecording(storage_, Path("a.mcap"));
+  ASSERT_TRUE(before);
+  const auto middle = before->levels[before->levels.size() / 2].time;
+  target.moved.emplace();
+  target.moved->at_s = std::chrono::duration<double>(middle).count();
+  target.moved->lasts_s = 0.01;
+  target.moved->x_mm = 3.0;
+  target.moved->yaw_rad = 0.0;
+  ASSERT_TRUE(RunScanJob(config_, {"belt", Path("b.mcap"), "", ""}, storage_, {}));
+  const auto after = ReadRecording(storage_, Path("b.mcap"));
+  ASSERT_TRUE(after);
+  EXPECT_NEAR(after->levels.front().readings[0].range_mm, 450.0, 0.01);
+  EXPECT_NEAR(after->levels.back().readings[0].range_mm, 447.0, 0.01);
+}
+
 TEST(SimSubject, DressAndMotionChangeWhatABeamMeets) {
   PosixStorage storage;
   SimConfig plain;

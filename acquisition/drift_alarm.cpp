@@ -1,0 +1,289 @@
+#include "acquisition/drift_alarm.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "base/ensure.h"
+
+namespace annulus {
+namespace {
+
+constexpr double kScanSigmaFactor =
+    1.25;  // a scan's own sd is that much too small (tests/acquisition/drift_watch_test)
+
+/// Variance of one scan's offset as an estimate of the sensor's, mm².
+double VarianceOf(double sigma, const DriftRules& rules) {
+  return kScanSigmaFactor * kScanSigmaFactor * sigma * sigma + rules.person_sigma_mm * rules.person_sigma_mm;
+}
+
+/// One sensor through all scans since the calibration.
+class SensorFilter {
+ public:
+  explicit SensorFilter(const DriftRules& rules) : rules_(rules), variance_(Square(rules.body_sigma_mm)) {}
+
+  void Add(double offset, double sigma) {
+    if (!std::isfinite(offset) || !std::isfinite(sigma)) return;
+    constexpr double kClip = 4.0;
+    const double noise = VarianceOf(sigma, rules_);
+    if (seen_ < rules_.baseline_scans) {
+      precision_ += 1.0 / noise;
+      sum_ += offset / noise;
+    }
+    ++seen_;
+    const double predicted = variance_ + Square(rules_.wander_sigma_mm);
+    const double whole = std::sqrt(predicted + noise);
+    offset_ += predicted / (predicted + noise) * std::clamp(offset - offset_, -kClip * whole, kClip * whole);
+    variance_ = predicted * noise / (predicted + noise);
+  }
+  [[nodiscard]] SensorState state() const {
+    SensorState state;
+    if (seen_ == 0) return state;
+    state.offset_mm = offset_;
+    state.sigma_mm = std::sqrt(variance_);
+    if (seen_ < rules_.baseline_scans) return state;
+    state.baseline_mm = sum_ / precision_;
+    state.baseline_sigma_mm = 1.0 / std::sqrt(precision_);
+    return state;
+  }
+
+ private:
+  static double Square(double number) { return number * number; }
+
+  const DriftRules& rules_;
+  std::size_t seen_ = 0;
+  double offset_ = 0.0;
+  double variance_;
+  double sum_ = 0.0, precision_ = 0.0;  ///< Of the baseline.
+};
+
+/// Deviations of all sensors with their variances; NaN: unknown.
+struct Evidence {
+  std::vector<double> deviation;
+  std::vector<double> variance;
+};
+
+/// Sensors that may drift as one.
+struct Block {
+  std::size_t first = 0;
+  std::size_t count = 1;
+};
+
+/// Takes deviations apart into few blocks' drifts.
+class DriftPursuit {
+ public:
+  /// `evidence`: offsets, and for one scan trends too.
+  DriftPursuit(const DriftHistory::Stencils& stencils, std::vector<Evidence> evidence)
+      : stencils_(stencils), evidence_(std::move(evidence)) {}
+
+  /// What one block would explain.
+  struct Fit {
+    Block block;
+    std::array<double, 2> size{};      ///< By evidence.
+    std::array<double, 2> variance{};  ///< Of the sizes.
+    double gain = 0.0;                 ///< By how much chi-square falls.
+  };
+
+  [[nodiscard]] Fit Try(const Block& block) const {
+    Fit fit;
+    fit.block = block;
+    for (std::size_t e = 0; e < evidence_.size(); ++e) {
+      double match = 0.0;
+      double weight = 0.0;
+      for (const auto& [sensor, share] : PatternOf(block)) {
+        const double variance = evidence_[e].variance[sensor];
+        if (!std::isfinite(evidence_[e].deviation[sensor])) continue;
+        match += share * evidence_[e].deviation[sensor] / variance;
+        weight += share * share / variance;
+      }
+      // Neighbours share readings: their errors are correlated, and the sum's variance is larger than if they were not.
+      constexpr double kShared = 1.3;
+      fit.size[e] = weight > 0.0 ? match / weight : 0.0;
+      fit.variance[e] = weight > 0.0 ? kShared / weight : std::numeric_limits<double>::infinity();
+      fit.gain += weight > 0.0 ? match * match / weight / kShared : 0.0;
+    }
+    return fit;
+  }
+  void Subtract(const Fit& fit) {
+    for (std::size_t e = 0; e < evidence_.size(); ++e) {
+      for (const auto& [sensor, share] : PatternOf(fit.block)) evidence_[e].deviation[sensor] -= share * fit.size[e];
+    }
+  }
+
+ private:
+  struct Share {
+    std::size_t sensor;
+    double share;
+  };
+  /// What a drift of 1 does to the offsets of all sensors around.
+  [[nodiscard]] std::vector<Share> PatternOf(const Block& block) const {
+    const std::size_t n = stencils_.size();
+    const auto inside = [&](std::size_t sensor) { return (sensor + n - block.first) % n < block.count; };
+    std::vector<Share> pattern;
+    const std::size_t around = std::min(n, block.count + 2 * kNeighbourReach);
+    for (std::size_t step = 0; step < around; ++step) {
+      const std::size_t sensor = (block.first + n - kNeighbourReach % n + step) % n;
+      double share = inside(sensor) ? 1.0 : 0.0;
+      for (std::size_t k = 0; k < kNeighbours; ++k) {
+        const std::size_t at = k < kNeighbourReach ? k : k + 1;
+        if (inside((sensor + n - kNeighbourReach % n + at) % n)) share -= stencils_[sensor][k];
+      }
+      pattern.push_back({sensor, share});
+    }
+    return pattern;
+  }
+
+  const DriftHistory::Stencils& stencils_;
+  std::vector<Evidence> evidence_;
+};
+
+/// What makes an alarm of a fit.
+struct Bar {
+  DriftSince since = DriftSince::kBaseline;
+  double limit_mm = 0.0;
+  double significance = 0.0;
+  double end_s = 0.0;  ///< The drift is judged this long after the middle of the scan.
+};
+
+std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const std::vector<Block>& blocks, const Bar& bar) {
+  constexpr std::size_t kMost = 40;  // a ring with more is not drifting but wrong
+  constexpr double kBeside = 0.35;   // a neighbour must be that much of its own to be named beside one
+  std::vector<DriftAlarm> alarms;
+  std::vector<DriftPursuit::Fit> found;
+  while (alarms.size() < kMost) {
+    DriftPursuit::Fit best;
+    for (const Block& block : blocks) {
+      DriftPursuit::Fit fit = pursuit.Try(block);
+      const bool again = std::any_of(found.begin(), found.end(), [&](const DriftPursuit::Fit& old) {
+        return old.block.first == block.first && old.block.count == block.count;
+      });
+      if (!again && fit.gain > best.gain) best = fit;
+    }
+    if (!(std::sqrt(best.gain) >= bar.significance)) break;
+    const double drift = best.size[0] + bar.end_s * best.size[1];
+    const bool beside = std::any_of(found.begin(), found.end(), [&](const DriftPursuit::Fit& old) {
+      const double apart = std::abs(static_cast<double>(old.block.first) - static_cast<double>(best.block.first));
+      const double old_drift = old.size[0] + bar.end_s * old.size[1];
+      return apart <= static_cast<double>(kNeighbourReach) && std::abs(drift) < kBeside * std::abs(old_drift);
+    });
+    pursuit.Subtract(best);
+    found.push_back(best);
+    if (std::abs(drift) < bar.limit_mm || beside) {
+      if (found.size() > 2 * kMost) break;
+      continue;
+    }
+    const double sigma =
+        std::sqrt(best.variance[0] + bar.end_s * bar.end_s * (bar.end_s > 0.0 ? best.variance[1] : 0.0));
+    alarms.push_back({best.block.first, best.block.count, bar.since, drift, sigma, best.size[1]});
+  }
+  return alarms;
+}
+
+/// The deviations from the baselines, or from zero.
+Evidence DeviationsFrom(DriftSince since, const std::vector<SensorState>& sensors, const DriftRules& rules) {
+  Evidence evidence;
+  for (const SensorState& sensor : sensors) {
+    const bool baseline = since == DriftSince::kBaseline;
+    const double sigma = baseline ? sensor.baseline_sigma_mm : rules.body_sigma_mm;
+    evidence.deviation.push_back(sensor.offset_mm - (baseline ? sensor.baseline_mm : 0.0));
+    evidence.variance.push_back(sensor.sigma_mm * sensor.sigma_mm + sigma * sigma);
+  }
+  return evidence;
+}
+
+/// Offset and trend of the newest scan.
+std::vector<Evidence> NewestScan(const DriftRecord& record, const std::vector<SensorState>& sensors,
+                                 const DriftRules& rules) {
+  Evidence offset;
+  Evidence trend;
+  for (std::size_t k = 0; k < sensors.size(); ++k) {
+    const bool baseline = std::isfinite(sensors[k].baseline_mm);
+    const double sigma = baseline ? sensors[k].baseline_sigma_mm : rules.body_sigma_mm;
+    offset.deviation.push_back(record.offset_mm[k] - (baseline ? sensors[k].baseline_mm : 0.0));
+    offset.variance.push_back(VarianceOf(record.sigma_mm[k], rules) + sigma * sigma);
+    trend.deviation.push_back(record.trend_mm_s[k]);
+    trend.variance.push_back(kScanSigmaFactor * kScanSigmaFactor * record.trend_sigma_mm_s[k] *
+                             record.trend_sigma_mm_s[k]);
+  }
+  return {std::move(offset), std::move(trend)};
+}
+
+std::vector<Block> BlocksOf(std::size_t sensors, const std::vector<RecordedBoard>& boards) {
+  std::vector<Block> blocks;
+  for (std::size_t sensor = 0; sensor < sensors; ++sensor) blocks.push_back({sensor, 1});
+  for (const RecordedBoard& board : boards) {
+    const bool part = board.sensor_count > 1 && board.sensor_count < sensors && board.first_sensor < sensors;
+    if (part) blocks.push_back({board.first_sensor, board.sensor_count});
+  }
+  return blocks;
+}
+
+/// Adds what is not told already of the same sensor.
+void Merge(std::vector<DriftAlarm>& alarms, const std::vector<DriftAlarm>& more) {
+  for (const DriftAlarm& alarm : more) {
+    const auto told = std::any_of(alarms.begin(), alarms.end(), [&](const DriftAlarm& old) {
+      return old.sensor < alarm.sensor + alarm.count && alarm.sensor < old.sensor + old.count;
+    });
+    if (!told) alarms.push_back(alarm);
+  }
+}
+
+}  // namespace
+
+const char* DriftSinceName(DriftSince since) {
+  switch (since) {
+    case DriftSince::kBaseline:
+      return "baseline";
+    case DriftSince::kCalibration:
+      return "calibration";
+    case DriftSince::kWithinScan:
+      break;
+  }
+  return "scan";
+}
+
+std::string DriftAlarm::Text() const {
+  const std::string who =
+      count == 1 ? "sensor " + std::to_string(sensor) + " reads"
+                 : "sensors " + std::to_string(sensor) + " to " + std::to_string(sensor + count - 1) + " read";
+  const char* against = since == DriftSince::kBaseline      ? "than it did after the calibration"
+                        : since == DriftSince::kCalibration ? "than its neighbours, since the calibration"
+                                                            : "than before, at the end of the newest scan";
+  char text[160];
+  std::snprintf(text, sizeof text, "%s %.2f mm (sd %.2f) %s %s", who.c_str(), std::abs(drift_mm), sigma_mm,
+                drift_mm > 0.0 ? "longer" : "shorter", against);
+  return text;
+}
+
+DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoard>& boards, const DriftRules& rules) {
+  ENSURE(rules.baseline_scans >= 2, "a baseline is a mean");
+  DriftState state;
+  const std::size_t first = history.SinceCalibration();
+  state.scans = history.records().size() - first;
+  state.baseline_ready = state.scans >= rules.baseline_scans;
+  if (state.scans == 0) return state;
+  for (std::size_t sensor = 0; sensor < history.sensors(); ++sensor) {
+    SensorFilter filter(rules);
+    for (std::size_t k = first; k < history.records().size(); ++k) {
+      filter.Add(history.records()[k].offset_mm[sensor], history.records()[k].sigma_mm[sensor]);
+    }
+    state.sensors.push_back(filter.state());
+  }
+  const std::vector<Block> blocks = BlocksOf(history.sensors(), boards);
+  for (const DriftSince since : {DriftSince::kBaseline, DriftSince::kCalibration}) {
+    DriftPursuit pursuit(history.stencils(), {DeviationsFrom(since, state.sensors, rules)});
+    Merge(state.alarms, FindAlarms(std::move(pursuit), blocks, {since, rules.limit_mm, rules.significance, 0.0}));
+  }
+  const DriftRecord& newest = history.records().back();
+  DriftPursuit pursuit(history.stencils(), NewestScan(newest, state.sensors, rules));
+  Merge(state.alarms,
+        FindAlarms(std::move(pursuit), blocks,
+                   {DriftSince::kWithinScan, rules.scan_limit_mm, rules.scan_significance, 0.5 * newest.duration_s}));
+  std::stable_sort(state.alarms.begin(), state.alarms.end(), [](const DriftAlarm& a, const DriftAlarm& b) {
+    return std::abs(a.drift_mm) > std::abs(b.drift_mm);
+  });
+  return state;
+}
+
+}  // namespace annulus

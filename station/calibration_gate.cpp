@@ -1,0 +1,66 @@
+#include "station/calibration_gate.h"
+
+#include "station/devices.h"
+
+namespace annulus {
+namespace {
+
+constexpr const char* kAttempted = "arm a scan";
+
+bool MustBeCalibrated(const Config& config) {
+  using Uncalibrated = CalibrationConfig::Uncalibrated;
+  if (config.calibration.uncalibrated != Uncalibrated::kByBooth) {
+    return config.calibration.uncalibrated == Uncalibrated::kRefuse;
+  }
+  return config.ring.bus != RingBus::kSimulated;
+}
+
+}  // namespace
+
+bool IsTargetProfile(const std::string& profile) { return profile.rfind("target", 0) == 0; }
+
+Result<RingCalibration> CalibrationInForce(const Config& config, const std::string& profile, Storage& storage) {
+  RingCalibration ideal = RingCalibration::Ideal(config.ring.radius_mm);
+  if (config.calibration.file.empty() || IsTargetProfile(profile)) return ideal;
+  auto file = ReadCalibrationFile(storage, config.calibration.file);
+  if (!file) return Fail(file);
+  if (file->calibration.sensors.size() != ideal.sensors.size()) {
+    return Fail("use the calibration " + config.calibration.file,
+                "it is of " + std::to_string(file->calibration.sensors.size()) + " sensors, the ring has " +
+                    std::to_string(ideal.sensors.size()),
+                "name this ring's own calibration in [calibration] file");
+  }
+  return std::move(file->calibration);
+}
+
+std::int64_t CalibrationGate::WallNow() const {
+  return clock_ != nullptr ? clock_->WallNow().count() : SystemClock().WallNow().count();
+}
+
+Status CalibrationGate::AskCalibration(const ArmRequest& request, const RecordedMachine& machine) const {
+  const std::string profile = request.search ? request.header.profile : request.plan.profile;
+  if (IsTargetProfile(profile)) return {};
+  if (config_.calibration.file.empty()) {
+    if (!MustBeCalibrated(config_)) return {};
+    return Fail(kAttempted, "the ring is not calibrated: [calibration] file names nothing",
+                "calibrate the ring ('annulus calibrate') and name its CAL.json; or set [calibration] uncalibrated = "
+                "\"mark\", and every result says so");
+  }
+  const auto file = ReadCalibrationFile(storage_, config_.calibration.file);
+  if (!file) return Fail(file);
+  if (file->calibration.certificate != request.header.calibration.certificate) {
+    return Fail(kAttempted, "the calibration file was changed since the scan was asked for", "ask for the scan again");
+  }
+  return CheckCalibrationFor(*file, machine.boards, WallNow());
+}
+
+Status CalibrationGate::AskReference(const ArmRequest&) const { return {}; }
+
+GateAnswer CalibrationGate::Ask(const ArmRequest& request, const RecordedMachine& machine) {
+  GateAnswer answer;
+  answer.calibration = AskCalibration(request, machine);
+  answer.reference = AskReference(request);
+  return answer;
+}
+
+}  // namespace annulus
