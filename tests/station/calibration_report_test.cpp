@@ -47,7 +47,7 @@ bool Installed(const std::string& program) { return Execute("command -v " + prog
 
 /// Writes into the build folder, where the files stay to be looked at.
 std::string Written(const std::string& name, const CalibrationReport& report) {
-  const std::string folder = std::string(ANNULUS_BINARY_DIR) + "/calibration_report/" + name;
+  std::string folder = std::string(ANNULUS_BINARY_DIR) + "/calibration_report/" + name;
   PosixStorage storage;
   const Status status = WriteCalibrationReport(storage, folder, report);
   if (!status) throw std::runtime_error(status.error().Text());
@@ -168,6 +168,28 @@ TEST(CalibrationVerdict, EachLimitAloneFailsTheCalibration) {
   EXPECT_TRUE(fails_with([](CalibrationReport& r) { r.solution.budget.back().girth_mm = kInfinity - kInfinity; }));
 }
 
+TEST(CalibrationVerdict, WhatIsLeftComesFromTheCovariances) {
+  CalibrationReport report = SampleReport();
+  RingSolution& solution = report.solution;
+  solution.common_sigma_mm.setConstant(0.02);
+  solution.common_sigma_mm[6] = 0.05;
+  solution.sensor_sigma_mm.setConstant(0.1);
+  for (auto& covariance : solution.sensor_covariance) {
+    covariance.setZero();
+    covariance(sensor_unknown::kTangential, sensor_unknown::kTangential) = 0.09;  // mm^2
+    covariance(sensor_unknown::kLateral, sensor_unknown::kLateral) = 0.16;
+    covariance(sensor_unknown::kHeight, sensor_unknown::kHeight) = 1.0;
+    covariance(sensor_unknown::kVertical, sensor_unknown::kVertical) = 1.0;
+    covariance(sensor_unknown::kHeight, sensor_unknown::kVertical) = -0.5;  // a beam that is known half-way
+    covariance(sensor_unknown::kVertical, sensor_unknown::kHeight) = -0.5;
+  }
+  const auto lines = JudgeCalibration(report);
+  EXPECT_NEAR(*LineOf(lines, "Radial error common").left, 1.96 * 0.05, 1e-4);
+  EXPECT_NEAR(*LineOf(lines, "Radial error of single").left, 0.1, 1e-9);
+  EXPECT_NEAR(*LineOf(lines, "Sideways").left, 0.5 / 450.0 * 180.0 / 3.14159265, 1e-6);  // sqrt(0.09 + 0.16) mm
+  EXPECT_NEAR(*LineOf(lines, "Error of the beams in height").left, 1.0 / 450.0 * 180.0 / 3.14159265, 1e-6);
+}
+
 TEST(CalibrationVerdict, WithoutASecondArtefactItPassesUnverified) {
   CalibrationReport report = SampleReport();
   report.verification.reset();
@@ -202,6 +224,16 @@ TEST(CalibrationReport, HasEverySectionOnScreen) {
                             "AR-0042", "C100-02", "21.6 °C", "Z scale", "this one"}) {
     EXPECT_THAT(html, HasSubstr(words));
   }
+}
+
+TEST(CalibrationReport, CallsUTheFloorAndSaysWhatItIsOfAGirth) {
+  // 2 pi 0.020 mm, and 2 U / r of the area of a circle of 900 mm.
+  EXPECT_THAT(CalibrationReportHtml(SampleReport()),
+              testing::AllOf(HasSubstr("is the floor of the error common to all sensors"),
+                             HasSubstr("U = 0.020 mm (k = 2) is 0.13 mm of every girth (2π·U) and 0.028 % of volume")));
+  CalibrationReport report = SampleReport();
+  for (ReportTarget& target : report.targets) target.target.expanded_u_mm = 0.0;
+  EXPECT_THAT(CalibrationReportHtml(report), HasSubstr("No uncertainty was entered for the targets"));
 }
 
 TEST(CalibrationReport, SaysWithoutACertificateThatItIsNotTraceable) {
@@ -291,9 +323,10 @@ TEST(CalibrationReport, SaysWhatWentWrong) {
   }
 }
 
-TEST(CalibrationReport, WritesItsFilesOrNone) {
+TEST(CalibrationReport, WritesEachFileWholeOrNotAtAll) {
+  const CalibrationReport report = SampleReport();
   test::TestStorage storage;
-  ASSERT_TRUE(WriteCalibrationReport(storage, "cal", SampleReport()));
+  ASSERT_TRUE(WriteCalibrationReport(storage, "cal", report));
   for (const char* name :
        {"cal/report.html", "cal/report.pdf", "cal/plots/radial_errors.png", "cal/plots/aim_errors.png",
         "cal/plots/residual_maps.png", "cal/plots/placement_residuals.png", "cal/plots/straightness.png",
@@ -301,6 +334,12 @@ TEST(CalibrationReport, WritesItsFilesOrNone) {
     EXPECT_TRUE(storage.files.contains(name)) << name;
   }
   EXPECT_EQ(storage.files.size(), 10U);
+  for (const std::uint64_t call : {std::uint64_t{3}, storage.calls() - 2}) {
+    test::TestStorage faulty;
+    faulty.FailCall(call, test::StorageFault::kShortWrite);
+    EXPECT_FALSE(WriteCalibrationReport(faulty, "cal", report));
+    for (const auto& [name, bytes] : faulty.files) EXPECT_EQ(bytes, storage.files[name]) << name;
+  }
 }
 
 TEST(CalibrationReport, IsWellFormed) {
