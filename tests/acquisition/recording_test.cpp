@@ -495,5 +495,85 @@ TEST(ScanHash, TellsScansApartAndForgetsWhoWasScanned) {
   EXPECT_NE(ScanHash(scan), hash);
 }
 
+TEST(Recording, GivesBackEveryBitOfAWholeCalibration) {
+  Scan scan = MakeScan(2, 9);
+  test::MakeWhole(scan.header.calibration);
+  TestStorage storage;
+  ASSERT_TRUE(WriteRecording(storage, kPath, scan));
+  const auto read = ReadWholeRecording(storage, kPath);
+  ASSERT_TRUE(read) << read.error().Text();
+  EXPECT_TRUE(test::SameCalibration(read->scan.header.calibration, scan.header.calibration));
+  EXPECT_TRUE(SameScan(read->scan, scan));
+  EXPECT_EQ(ScanHash(read->scan), ScanHash(scan));
+}
+
+TEST(Recording, OfAPlainCalibrationSaysNothingOfTheParts) {
+  const std::string json = JsonFromHeader(MakeScan(1, 3).header);
+  for (const char* key : {"range_quadratic_per_mm", "pose", "carriage", "temperature", "certificate", "uncertainty"}) {
+    EXPECT_EQ(json.find('"' + std::string(key) + '"'), std::string::npos) << key;
+  }
+}
+
+TEST(ReadRecording, RefusesACalibrationThatCannotBe) {
+  const auto refused = [](const std::string& key, const auto& damage) {
+    Scan scan = MakeScan(1, 3);
+    test::MakeWhole(scan.header.calibration);
+    damage(scan.header.calibration);
+    const auto checked = CheckHeader(scan.header);
+    ASSERT_FALSE(checked) << key;
+    EXPECT_NE(checked.error().find(key), std::string::npos) << checked.error();
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refused("range_scale", [](RingCalibration& c) { c.sensors[1].range_scale = 0.0; });
+  refused("range_quadratic_per_mm", [&](RingCalibration& c) { c.sensors[1].range_quadratic = nan; });
+  refused("tilt_x_rad", [](RingCalibration& c) { c.pose.tilt_x = 4.0; });
+  refused("x_mm", [&](RingCalibration& c) { c.pose.x_mm = nan; });
+  refused("position_scale", [](RingCalibration& c) { c.carriage.position_scale = 0.0; });
+  refused("knots_z_mm", [](RingCalibration& c) { c.carriage.knots_z_mm[1] = c.carriage.knots_z_mm[0]; });
+  refused("knots_z_mm", [](RingCalibration& c) { c.carriage.x_mm.pop_back(); });
+  refused("range_mm_per_c", [&](RingCalibration& c) { c.range_mm_per_c = nan; });
+  refused("own_mm", [](RingCalibration& c) { c.uncertainty->own_mm[2] = -0.1; });
+  refused("together_mm", [&](RingCalibration& c) { c.uncertainty->together_mm(2, 1) = nan; });
+  refused("height_scale_sigma", [](RingCalibration& c) { c.uncertainty->height_scale_sigma = -1.0; });
+}
+
+/// A ring of two sensors, one level.
+Scan TwoReadings() {
+  Scan scan;
+  scan.header.ring_radius_mm = 600.0;
+  scan.header.calibration = RingCalibration::Ideal(600.0, 2);
+  for (SensorCalibration& sensor : scan.header.calibration.sensors) sensor.range_offset_mm = 0.25;
+  scan.levels = {{0, 0, std::chrono::nanoseconds(1000), {{450.0, 1000.0, 255}, {451.0, 1000.0, 255}}}};
+  return scan;
+}
+
+TEST(ScanHash, OfAPlainCalibrationIsWhatItAlwaysWas) {
+  // python3: b = pack('<Id', 2, 600); per sensor pack('<7d', pi*i, 600, 0.25, 1, 0, 0, 0); pack('<HIq', 0, 0, 1000);
+  //          per reading pack('<ddB', 1000, 450 + i, 255); sha256(b).hexdigest()
+  Scan scan = TwoReadings();
+  const std::string hash = "sha256:05e81df77f3ce953e2e0503ed37524cceb85404024641532e2509f0df4a808d2";
+  EXPECT_EQ(ScanHash(scan), hash);
+  scan.header.calibration.ring_serial = "ring-1";
+  scan.header.calibration.certificate = "sha256:1";
+  scan.header.calibration.uncertainty.emplace();
+  EXPECT_EQ(ScanHash(scan), hash) << "what is said of it changes no point";
+}
+
+TEST(ScanHash, ChangesWithPoseCarriageAndQuadraticTerm) {
+  const std::string hash = ScanHash(TwoReadings());
+  const auto changed = [&](const auto& change) {
+    Scan scan = TwoReadings();
+    change(scan.header.calibration);
+    return ScanHash(scan);
+  };
+  EXPECT_NE(changed([](RingCalibration& c) { c.pose.tilt_y = 1e-9; }), hash);
+  EXPECT_NE(changed([](RingCalibration& c) { c.carriage.slope_x = 1e-9; }), hash);
+  EXPECT_NE(changed([](RingCalibration& c) { c.carriage.knots_z_mm = c.carriage.x_mm = c.carriage.y_mm = {1.0}; }),
+            hash);
+  EXPECT_NE(changed([](RingCalibration& c) { c.sensors[1].range_quadratic = 1e-9; }), hash);
+  EXPECT_NE(changed([](RingCalibration& c) { c.pose.x_mm = 1.0; }),
+            changed([](RingCalibration& c) { c.pose.y_mm = 1.0; }));
+}
+
 }  // namespace
 }  // namespace annulus

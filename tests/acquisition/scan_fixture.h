@@ -125,9 +125,8 @@ inline bool SameHeader(const ScanHeader& a, const ScanHeader& b) {
   return a.format_version == b.format_version && a.station_id == b.station_id && a.source == b.source &&
          a.subject_id == b.subject_id && a.consent_reference == b.consent_reference &&
          a.program_version == b.program_version && a.ring_radius_mm == b.ring_radius_mm &&
-         SameCalibration(a.calibration, b.calibration) && a.profile == b.profile &&
-         a.plan_json == b.plan_json && a.seed == b.seed && a.wall_start_ns == b.wall_start_ns &&
-         a.machine == b.machine && a.reference == b.reference;
+         SameCalibration(a.calibration, b.calibration) && a.profile == b.profile && a.plan_json == b.plan_json &&
+         a.seed == b.seed && a.wall_start_ns == b.wall_start_ns && a.machine == b.machine && a.reference == b.reference;
 }
 
 inline bool SameLevels(const Scan& a, const Scan& b) {

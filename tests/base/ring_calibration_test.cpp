@@ -106,12 +106,14 @@ TEST(RingCalibration, TurnsTheRingAboutXThenYThenMovesIt) {
   const double b = 0.2;
   ring.pose = {3.0, -4.0, a, 0.0};
   Ray ray = ring.RayOf(1, 1000.0);
-  EXPECT_TRUE(ray.origin.isApprox(Eigen::Vector3d(3.0, 600.0 * std::cos(a) - 4.0, 1000.0 + 600.0 * std::sin(a)), 1e-14));
+  EXPECT_TRUE(
+      ray.origin.isApprox(Eigen::Vector3d(3.0, 600.0 * std::cos(a) - 4.0, 1000.0 + 600.0 * std::sin(a)), 1e-14));
   EXPECT_TRUE(ray.direction.isApprox(Eigen::Vector3d(0.0, -std::cos(a), -std::sin(a)), 1e-14));
   // The sensor at the right sits at (600, 0, 0): about x it stays, about y by b it goes to (600 cos b, 0, -600 sin b).
   ring.pose.tilt_y = b;
   ray = ring.RayOf(0, 1000.0);
-  EXPECT_TRUE(ray.origin.isApprox(Eigen::Vector3d(600.0 * std::cos(b) + 3.0, -4.0, 1000.0 - 600.0 * std::sin(b)), 1e-14));
+  EXPECT_TRUE(
+      ray.origin.isApprox(Eigen::Vector3d(600.0 * std::cos(b) + 3.0, -4.0, 1000.0 - 600.0 * std::sin(b)), 1e-14));
   EXPECT_TRUE(ray.direction.isApprox(Eigen::Vector3d(-std::cos(b), 0.0, std::sin(b)), 1e-14));
   // The front one, turned about both: (x, y, z) -> (x cos b + z sin b, y, -x sin b + z cos b).
   ray = ring.RayOf(1, 1000.0);
