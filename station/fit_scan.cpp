@@ -1,11 +1,13 @@
 #include "station/fit_scan.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "acquisition/reference_returns.h"
 #include "fitting/fit_segments.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/paper_json.h"
@@ -140,13 +142,28 @@ std::optional<CalibrationErrors> CalibrationErrorsOf(const std::vector<Scan>& sc
 
 }  // namespace
 
+namespace {
+
+/// What the sensors at the wall saw, as the estimate of sway takes it.
+std::vector<ReferenceReading> ReadingsFromWall(const Scan& scan) {
+  std::vector<ReferenceReading> readings;
+  for (const ReferenceReturn& one : ReferenceReturns(scan)) {
+    const std::chrono::duration<double> time = one.time - scan.levels.front().time;
+    readings.push_back(
+        {time.count(), one.ray.origin, one.ray.direction, one.range_mm, static_cast<std::uint16_t>(one.sensor)});
+  }
+  return readings;
+}
+
+}  // namespace
+
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
   ScanFit result;
   std::string hashes;
   std::uint16_t first_sweep = 0;
   for (const Scan& scan : scans) {
     std::uint16_t sweeps = 0;
-    result.sway.push_back(EstimateSway(BuildSamples(scan), {}, {}));
+    result.sway.push_back(EstimateSway(BuildSamples(scan), ReadingsFromWall(scan), {}));
     for (SurfaceSample& sample : std::exchange(result.sway.back().corrected, {})) {
       sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(sample.sweep + 1));
       sample.sweep = static_cast<std::uint16_t>(sample.sweep + first_sweep);
