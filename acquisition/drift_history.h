@@ -37,7 +37,7 @@ class DriftHistory {
   static constexpr std::size_t kMostRecords = 1000;
   static constexpr std::size_t kKeptFirst = 40;
   static constexpr std::size_t kMostChecks = 400;  ///< More than a year of daily checks.
-  static constexpr std::size_t kMostSensors = 4096;
+  static constexpr std::size_t kMostSensors = 720;
 
   /// Neighbours' mean weights over all scans of the calibration in force (SensorDrift::neighbour_weight), by sensor.
   using Stencils = std::vector<std::array<double, kNeighbours>>;

@@ -17,6 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text = history->ToJson();
   const auto again = DriftHistory::FromJson(text, "again");
   ENSURE(again.has_value() && again->ToJson() == text, "a history reads back as it was");
+  if (history->sensors() > 64) return 0;  // too slow to be judged thousands of times a second
   ENSURE(JudgeDrift(*history).sensors.size() <= DriftHistory::kMostSensors, "one state per sensor");
   return 0;
 }
