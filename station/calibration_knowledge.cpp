@@ -215,22 +215,21 @@ void AddHistory(const CalibrationReport& report, Document& document) {
   table.columns = {{"Date", 2.9},
                    {"Calibration", 2.6},
                    {"Technician", 2.0},
-                   {"Common shift / mm", 1.7, Align::kRight},
+                   {"Off when replaced / mm", 1.7, Align::kRight},
                    {"", 1.0, Align::kCentre}};
   const auto verdict = [](bool passed) {
     return passed ? DocumentCell("pass", DocumentMark::kGood) : DocumentCell("FAIL", DocumentMark::kBad);
   };
   for (const EarlierCalibration& earlier : report.history) {
     table.rows.push_back({OrElse(earlier.date, "–"), ShortHash(earlier.hash), OrElse(earlier.technician, "–"),
-                          SignedWith(earlier.common_shift_mm, 3), verdict(earlier.passed)});
+                          SignedWith(earlier.common_mm, 3), verdict(earlier.passed)});
   }
-  // The new calibration moved points by what the old one had wrong.
-  const std::string shift = report.as_found ? SignedWith(-report.as_found->common_mm, 3) : std::string("–");
   table.rows.push_back({OrElse(report.date, "–") + " (this one)", ShortHash(report.calibration_hash),
-                        OrElse(report.technician, "–"), shift, verdict(CalibrationPasses(report))});
+                        OrElse(report.technician, "–"), "–", verdict(CalibrationPasses(report))});
   document.blocks.emplace_back(std::move(table));
   document.blocks.emplace_back(DocumentParagraph{
-      "Common shift: how far a calibration moved the mean radial error of all sensors; positive: outwards.",
+      "Off when replaced: the radial error common to all sensors that a calibration had by then; positive: bodies were "
+      "measured too large.",
       Size::kNote});
 }
 

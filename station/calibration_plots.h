@@ -33,7 +33,8 @@ struct PlacementResidual {
 /// Of a solution.
 [[nodiscard]] std::vector<PlacementResidual> PlacementResidualsOf(const RingSolution& solution);
 
-/// Each sensor's mean residual on a second artefact, mm, with the limit of their RMS. NaN where unseen.
+/// How much too large each sensor sees a second artefact, mm, with the limit of their RMS: minus its mean residual,
+/// measured less expected distance. NaN where unseen.
 [[nodiscard]] Figure DrawVerification(const std::vector<double>& sensor_residual_mm, const CalibrationLimits& limits);
 
 /// Contributions to a girth of 900 mm as 95 % half widths, with the limit.

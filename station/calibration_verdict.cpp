@@ -214,7 +214,8 @@ double CalibrationVerification::En() const {
   return difference == 0.0 ? 0.0 : std::copysign(std::numeric_limits<double>::infinity(), difference);
 }
 
-AsFound AsFoundOf(const RingCalibration& before, const RingCalibration& left) {
+AsFound AsFoundOf(const RingCalibration& earlier, const RingCalibration& left) {
+  const RingCalibration before = earlier.AtTemperature(left.reference_c);
   ENSURE(before.sensors.size() == left.sensors.size(), "both calibrations are of rings with as many sensors");
   const std::vector<double>& knots = left.carriage.knots_z_mm;
   const double z = knots.empty() ? 0.0 : 0.5 * (knots.front() + knots.back());

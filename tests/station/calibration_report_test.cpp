@@ -97,6 +97,15 @@ TEST(CalibrationVerdict, AsFoundIsWhatTheOldCalibrationHadWrong) {
   EXPECT_NEAR(found.vertical_rad[90], 0.0, 5e-5);
 }
 
+TEST(CalibrationVerdict, ComparesAtTheTemperatureOfTheNewOne) {
+  RingCalibration before = RingCalibration::Ideal(600.0);
+  before.range_mm_per_c = 0.05;
+  RingCalibration left = before;
+  left.reference_c = 26.0;
+  for (SensorCalibration& sensor : left.sensors) sensor.range_offset_mm = 0.3;  // what six degrees make
+  EXPECT_NEAR(AsFoundOf(before, left).common_mm, 0.0, 1e-9);
+}
+
 TEST(CalibrationVerdict, AShiftAndATurnOfTheRingAreNoErrors) {
   RingCalibration before = RingCalibration::Ideal(600.0);
   before.pose.x_mm = 3.0;
