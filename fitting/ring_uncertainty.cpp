@@ -130,8 +130,8 @@ void FillUncertainty(const CalibrationSetup& setup, const CalibrationState& stat
   line("readings and sensors", girth_variance - by_targets);
   RingFunctional warm = covariance.Zero();
   warm.by_shared[ring_unknown::kTemperature] = 1.0;
-  constexpr double kWarming = 3.0;  // degrees: sd of a ring's temperature against that of its calibration
-  line("temperature of the ring, 3 degrees off", kWarming * kWarming * covariance.Variance(warm));
+  constexpr double kWarming = 1.0;  // degrees: sd of a ring's temperature against that of its calibration
+  line("temperature of the ring, 1 degree off", kWarming * kWarming * covariance.Variance(warm));
   double tilt = 0.0;
   for (const int axis : {ring_unknown::kTiltX, ring_unknown::kTiltY}) {
     RingFunctional f = covariance.Zero();

@@ -39,9 +39,9 @@ struct CalibrationSoFar {
 /// For the command line and the console alike; knows no devices. Thread-bound.
 class CalibrationGuide {
  public:
-  /// Seconds that each placement should take, the target's move included: eight of them and the solve fit into ten
+  /// Seconds that each placement should take, the target's move included: ten of them and the solve fit into ten
   /// minutes.
-  static constexpr double kStepBudget = 65.0;
+  static constexpr double kStepBudget = 55.0;
 
   CalibrationGuide(CalibrationPlan plan, RingCalibration start) : plan_(std::move(plan)), start_(std::move(start)) {}
 

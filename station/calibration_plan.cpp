@@ -21,8 +21,9 @@ using toml_table::ToNumber;
 using toml_table::ToText;
 using toml_table::WholeIn;
 
-constexpr double kOffCentre = 100.0;  // mm
-constexpr double kTilt = 7.0;         // degrees
+constexpr double kOffCentre = 110.0;     // mm; of the first target
+constexpr double kThinOffCentre = 90.0;  // mm; of the others
+constexpr double kTilt = 7.0;            // degrees
 
 const char* KindText(CalibrationTarget::Kind kind) {
   switch (kind) {
@@ -140,13 +141,13 @@ std::string PlannedPlacement::Instruction(const CalibrationTarget& of) const {
 std::vector<PlannedPlacement> UsualPlacements(const std::vector<CalibrationTarget>& targets,
                                               const std::vector<bool>& verify) {
   std::vector<PlannedPlacement> placements;
-  const auto add = [&](std::size_t target, double off, double direction_deg, double tilt_deg, double turn_deg) {
+  const auto add = [&](std::size_t target, double off, double direction_deg, double tilt_to_deg, double turn_deg) {
     PlannedPlacement placement;
     placement.target = target;
     placement.x_mm = off * std::cos(RadiansFromDegrees(direction_deg));
     placement.y_mm = off * std::sin(RadiansFromDegrees(direction_deg));
-    placement.tilt_deg = tilt_deg;
-    placement.tilt_to_deg = std::fmod(direction_deg + 90.0, 360.0);  // across, so that the foot stays inside the ring
+    placement.tilt_deg = off > 50.0 ? kTilt : 0.0;
+    placement.tilt_to_deg = std::fmod(tilt_to_deg, 360.0);
     placement.turn_deg = turn_deg;
     placement.verify = verify[target];
     placements.push_back(placement);
@@ -156,11 +157,11 @@ std::vector<PlannedPlacement> UsualPlacements(const std::vector<CalibrationTarge
     if (verify[target]) continue;
     if (first) {
       add(target, 0.0, 0.0, 0.0, 0.0);
-      for (int k = 0; k < 5; ++k) add(target, kOffCentre, 72.0 * k, kTilt, 60.0 * (k + 1));
+      // Tilted across, so that the foot stays inside the ring.
+      for (int k = 0; k < 5; ++k) add(target, kOffCentre, 72.0 * k, 72.0 * k + 90.0, 60.0 * (k + 1));
       first = false;
     } else {
-      add(target, kOffCentre, 180.0, kTilt, 0.0);
-      add(target, kOffCentre, 0.0, kTilt, 90.0);
+      for (int k = 0; k < 3; ++k) add(target, kThinOffCentre, 180.0 + 120.0 * k, 45.0 + 120.0 * k, 90.0 * k);
     }
   }
   for (std::size_t target = 0; target < targets.size(); ++target) {

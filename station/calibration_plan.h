@@ -42,8 +42,9 @@ struct CalibrationPlan {
 /// `target` of `annulus calibrate`: a plan's file, or one target as ParseTarget takes it.
 [[nodiscard]] Result<CalibrationPlan> ReadCalibrationPlan(Storage& storage, const std::string& target);
 
-/// The placements that a calibration needs: the first target once in the centre and five times 100 mm off it, tilted by
-/// 7 degrees in different directions and turned; every further one twice off the centre; those to verify with once.
+/// The placements that a calibration needs: the first target once in the centre and five times 110 mm off it, tilted by
+/// 7 degrees in different directions and turned; every further one three times 90 mm off the centre; those to verify
+/// with once.
 /// `verify`: one flag per target.
 [[nodiscard]] std::vector<PlannedPlacement> UsualPlacements(const std::vector<CalibrationTarget>& targets,
                                                             const std::vector<bool>& verify);

@@ -24,30 +24,14 @@ void Exchange(std::vector<TargetScan>& scans, std::size_t a, std::size_t b, std:
   }
 }
 
-struct Rig {
-  std::vector<CalibrationTarget> targets;
-  std::vector<TargetScan> scans;
-};
-
-Rig ScannedRig(std::uint64_t seed) {
-  const RingCalibration truth = sim::RandomRing(600.0, {}, seed);
-  const auto rig = TwoCylinders(seed);
-  Rig result;
-  result.targets = {rig[0].target, rig[1].target};
-  const auto plan = EightPlacements(seed);
-  for (std::size_t k = 0; k < plan.size(); ++k) {
-    result.scans.push_back(ScanTarget(truth, rig[plan[k].target], plan[k], k, {}, seed));
-  }
-  return result;
-}
-
 bool Long() { return std::getenv("ANNULUS_LONG") != nullptr; }
 
 TEST(RingExchange, NamesTwoExchangedSensorsWhereverTheyAre) {
   const std::uint64_t rings = Long() ? 5 : 1;
   const int tries = Long() ? 40 : 6;
   for (std::uint64_t seed = 1; seed <= rings; ++seed) {
-    const Rig rig = ScannedRig(seed);
+    const Rig rig = StandardRig(seed);
+    const std::vector<TargetScan> clean = rig.Scans();
     std::mt19937_64 random(seed);
     for (int k = 0; k < tries; ++k) {
       const std::size_t board = random() % 12;
@@ -55,9 +39,9 @@ TEST(RingExchange, NamesTwoExchangedSensorsWhereverTheyAre) {
       const std::size_t second = k % 2 == 0 ? (first + 1) % 15 : (first + 2 + random() % 12) % 15;  // half neighbours
       const std::size_t a = 15 * board + std::min(first, second);
       const std::size_t b = 15 * board + std::max(first, second);
-      std::vector<TargetScan> scans = rig.scans;
+      std::vector<TargetScan> scans = clean;
       Exchange(scans, a, b, 1);
-      const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.targets, scans, {}, {});
+      const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.Targets(), scans, {}, {});
       ASSERT_TRUE(solution) << solution.error().Text();
       ASSERT_EQ(solution->exchanges.size(), 1U) << "ring " << seed << ", sensors " << a << " and " << b;
       EXPECT_EQ(solution->exchanges[0].a, a);
@@ -68,11 +52,12 @@ TEST(RingExchange, NamesTwoExchangedSensorsWhereverTheyAre) {
 }
 
 TEST(RingExchange, NamesTwoExchangedBoards) {
-  const Rig rig = ScannedRig(3);
+  const Rig rig = StandardRig(3);
+  const std::vector<TargetScan> clean = rig.Scans();
   for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 15}, {30, 120}}) {
-    std::vector<TargetScan> scans = rig.scans;
+    std::vector<TargetScan> scans = clean;
     Exchange(scans, a, b, 15);
-    const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.targets, scans, {}, {});
+    const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.Targets(), scans, {}, {});
     ASSERT_TRUE(solution) << solution.error().Text();
     ASSERT_EQ(solution->exchanges.size(), 1U) << "boards at " << a << " and " << b;
     EXPECT_EQ(solution->exchanges[0].a, a);
@@ -84,8 +69,9 @@ TEST(RingExchange, NamesTwoExchangedBoards) {
 TEST(RingExchange, NamesNothingOnARingWhoseSensorsAreWhereTheyBelong) {
   const std::uint64_t rings = Long() ? 20 : 2;
   for (std::uint64_t seed = 10; seed < 10 + rings; ++seed) {
-    const Rig rig = ScannedRig(seed);
-    const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.targets, rig.scans, {}, {});
+    const Rig rig = StandardRig(seed);
+    const std::vector<TargetScan> clean = rig.Scans();
+    const auto solution = CalibrateRing(RingCalibration::Ideal(600.0), rig.Targets(), clean, {}, {});
     ASSERT_TRUE(solution) << solution.error().Text();
     EXPECT_TRUE(solution->exchanges.empty()) << "ring " << seed;
   }
