@@ -31,8 +31,8 @@ struct ScanSummary {
   RingCounters ring;                  ///< Lost and rejected frames.
   double worst_clock_bound_us = 0.0;  ///< Largest bound of a board's or the drive's clock, us.
   /// With reference sensors: levels of which their board said something, and why it ended ("": it did not).
-  std::optional<std::uint32_t> reference_levels;
-  std::string reference_trouble;
+  std::optional<std::uint32_t> reference_levels{};
+  std::string reference_trouble{};
 
   /// One line for people.
   [[nodiscard]] std::string BriefReport() const;

@@ -45,6 +45,21 @@ class Reference(ProgramTest):
         self.assertEqual(self.succeeds_json("inspect", "recovered.mcap")["reference"], seen)
         self.succeeds("export", "scan.mcap", "--out", "scan.csv")
 
+    def test_the_fit_takes_the_sway_from_them_too(self):
+        twice = BOOTH.replace("speed_mm_s = 300.0\n", "speed_mm_s = 300.0\nsweeps = 2\n")
+        self.scan(twice.replace("reference = true\n", ""))
+        self.succeeds("fit", "scan.mcap", "--out", "model.json", "--report", "report.json")
+        without = self.read_json("report.json")["sway"]
+        self.assertEqual(without["reference_readings"], 0)
+        os.remove(self.path("scan.mcap"))
+        done = self.scan(twice)
+        self.succeeds("fit", "scan.mcap", "--out", "model.json", "--report", "report.json")
+        sway = self.read_json("report.json")["sway"]
+        self.assertTrue(sway["seen"], sway["reason"])
+        # Two of the four look at the heights that were scanned; the ring hides them for a part of the way.
+        self.assertGreater(sway["reference_readings"], done["levels"] // 3)
+        self.assertLess(sway["reference_readings"], 2 * done["levels"])
+
     def test_a_scan_without_them_says_nothing_of_them(self):
         done = self.scan(BOOTH.replace("reference = true\n", ""))
         self.assertIsNone(done["reference"])
