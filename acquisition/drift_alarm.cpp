@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "acquisition/drift_pursuit.h"
 #include "base/ensure.h"
 
 namespace annulus {
@@ -12,6 +13,9 @@ namespace {
 
 constexpr double kScanSigmaFactor =
     1.25;  // a scan's own sd is that much too small (tests/acquisition/drift_watch_test)
+
+constexpr double kNoiseShare = 0.75;      // of a filtered offset's variance; the rest is the bodies'
+constexpr double kTrendNoiseShare = 0.9;  // the body's shape cancels in trends
 
 /// Variance of one scan's offset as an estimate of the sensor's, mm².
 double VarianceOf(double sigma, const DriftRules& rules) {
@@ -58,86 +62,6 @@ class SensorFilter {
   double sum_ = 0.0, precision_ = 0.0;  ///< Of the baseline.
 };
 
-/// Deviations of all sensors with their variances; NaN: unknown.
-struct Evidence {
-  std::vector<double> deviation;
-  std::vector<double> variance;
-};
-
-/// Sensors that may drift as one.
-struct Block {
-  std::size_t first = 0;
-  std::size_t count = 1;
-};
-
-/// Takes deviations apart into few blocks' drifts.
-class DriftPursuit {
- public:
-  /// `evidence`: offsets, and for one scan trends too.
-  DriftPursuit(const DriftHistory::Stencils& stencils, std::vector<Evidence> evidence)
-      : stencils_(stencils), evidence_(std::move(evidence)) {}
-
-  /// What one block would explain.
-  struct Fit {
-    Block block;
-    std::array<double, 2> size{};      ///< By evidence.
-    std::array<double, 2> variance{};  ///< Of the sizes.
-    double gain = 0.0;                 ///< By how much chi-square falls.
-  };
-
-  [[nodiscard]] Fit Try(const Block& block) const {
-    Fit fit;
-    fit.block = block;
-    for (std::size_t e = 0; e < evidence_.size(); ++e) {
-      double match = 0.0;
-      double weight = 0.0;
-      for (const auto& [sensor, share] : PatternOf(block)) {
-        const double variance = evidence_[e].variance[sensor];
-        if (!std::isfinite(evidence_[e].deviation[sensor])) continue;
-        match += share * evidence_[e].deviation[sensor] / variance;
-        weight += share * share / variance;
-      }
-      // Neighbours share readings: their errors are correlated, and the sum's variance is larger than if they were not.
-      constexpr double kShared = 1.3;
-      fit.size[e] = weight > 0.0 ? match / weight : 0.0;
-      fit.variance[e] = weight > 0.0 ? kShared / weight : std::numeric_limits<double>::infinity();
-      fit.gain += weight > 0.0 ? match * match / weight / kShared : 0.0;
-    }
-    return fit;
-  }
-  void Subtract(const Fit& fit) {
-    for (std::size_t e = 0; e < evidence_.size(); ++e) {
-      for (const auto& [sensor, share] : PatternOf(fit.block)) evidence_[e].deviation[sensor] -= share * fit.size[e];
-    }
-  }
-
- private:
-  struct Share {
-    std::size_t sensor;
-    double share;
-  };
-  /// What a drift of 1 does to the offsets of all sensors around.
-  [[nodiscard]] std::vector<Share> PatternOf(const Block& block) const {
-    const std::size_t n = stencils_.size();
-    const auto inside = [&](std::size_t sensor) { return (sensor + n - block.first) % n < block.count; };
-    std::vector<Share> pattern;
-    const std::size_t around = std::min(n, block.count + 2 * kNeighbourReach);
-    for (std::size_t step = 0; step < around; ++step) {
-      const std::size_t sensor = (block.first + n - kNeighbourReach % n + step) % n;
-      double share = inside(sensor) ? 1.0 : 0.0;
-      for (std::size_t k = 0; k < kNeighbours; ++k) {
-        const std::size_t at = k < kNeighbourReach ? k : k + 1;
-        if (inside((sensor + n - kNeighbourReach % n + at) % n)) share -= stencils_[sensor][k];
-      }
-      pattern.push_back({sensor, share});
-    }
-    return pattern;
-  }
-
-  const DriftHistory::Stencils& stencils_;
-  std::vector<Evidence> evidence_;
-};
-
 /// What makes an alarm of a fit.
 struct Bar {
   DriftSince since = DriftSince::kBaseline;
@@ -146,20 +70,13 @@ struct Bar {
   double end_s = 0.0;  ///< The drift is judged this long after the middle of the scan.
 };
 
-std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const std::vector<Block>& blocks, const Bar& bar) {
+std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const Bar& bar) {
   constexpr std::size_t kMost = 40;  // a ring with more is not drifting but wrong
   constexpr double kBeside = 0.35;   // a neighbour must be that much of its own to be named beside one
   std::vector<DriftAlarm> alarms;
   std::vector<DriftPursuit::Fit> found;
   while (alarms.size() < kMost) {
-    DriftPursuit::Fit best;
-    for (const Block& block : blocks) {
-      DriftPursuit::Fit fit = pursuit.Try(block);
-      const bool again = std::any_of(found.begin(), found.end(), [&](const DriftPursuit::Fit& old) {
-        return old.block.first == block.first && old.block.count == block.count;
-      });
-      if (!again && fit.gain > best.gain) best = fit;
-    }
+    const DriftPursuit::Fit best = pursuit.Best();
     if (!(std::sqrt(best.gain) >= bar.significance)) break;
     const double drift = best.size[0] + bar.end_s * best.size[1];
     const bool beside = std::any_of(found.begin(), found.end(), [&](const DriftPursuit::Fit& old) {
@@ -181,37 +98,46 @@ std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const std::vector<Block
 }
 
 /// The deviations from the baselines, or from zero.
-Evidence DeviationsFrom(DriftSince since, const std::vector<SensorState>& sensors, const DriftRules& rules) {
-  Evidence evidence;
+DriftEvidence DeviationsFrom(DriftSince since, const std::vector<SensorState>& sensors, const DriftRules& rules) {
+  DriftEvidence evidence;
   for (const SensorState& sensor : sensors) {
     const bool baseline = since == DriftSince::kBaseline;
     const double sigma = baseline ? sensor.baseline_sigma_mm : rules.body_sigma_mm;
     evidence.deviation.push_back(sensor.offset_mm - (baseline ? sensor.baseline_mm : 0.0));
-    evidence.variance.push_back(sensor.sigma_mm * sensor.sigma_mm + sigma * sigma);
+    const double filtered = sensor.sigma_mm * sensor.sigma_mm;
+    evidence.noise_variance.push_back(kNoiseShare * (filtered + (baseline ? sigma * sigma : 0.0)));
+    evidence.own_variance.push_back((1.0 - kNoiseShare) * filtered +
+                                    (baseline ? 1.0 - kNoiseShare : 1.0) * sigma * sigma);
   }
   return evidence;
 }
 
 /// Offset and trend of the newest scan.
-std::vector<Evidence> NewestScan(const DriftRecord& record, const std::vector<SensorState>& sensors,
-                                 const DriftRules& rules) {
-  Evidence offset;
-  Evidence trend;
+std::vector<DriftEvidence> NewestScan(const DriftRecord& record, const std::vector<SensorState>& sensors,
+                                      const DriftRules& rules) {
+  DriftEvidence offset;
+  DriftEvidence trend;
   for (std::size_t k = 0; k < sensors.size(); ++k) {
     const bool baseline = std::isfinite(sensors[k].baseline_mm);
     const double sigma = baseline ? sensors[k].baseline_sigma_mm : rules.body_sigma_mm;
     offset.deviation.push_back(record.offset_mm[k] - (baseline ? sensors[k].baseline_mm : 0.0));
-    offset.variance.push_back(VarianceOf(record.sigma_mm[k], rules) + sigma * sigma);
+    const double person = rules.person_sigma_mm * rules.person_sigma_mm;
+    offset.noise_variance.push_back(VarianceOf(record.sigma_mm[k], rules) - person);
+    offset.own_variance.push_back(person + sigma * sigma);
     trend.deviation.push_back(record.trend_mm_s[k]);
-    trend.variance.push_back(kScanSigmaFactor * kScanSigmaFactor * record.trend_sigma_mm_s[k] *
-                             record.trend_sigma_mm_s[k]);
+    const double whole = record.trend_sigma_mm_s[k] * record.trend_sigma_mm_s[k];
+    trend.noise_variance.push_back(kTrendNoiseShare * whole);
+    trend.own_variance.push_back((1.0 - kTrendNoiseShare) * whole);
   }
   return {std::move(offset), std::move(trend)};
 }
 
-std::vector<Block> BlocksOf(std::size_t sensors, const std::vector<RecordedBoard>& boards) {
-  std::vector<Block> blocks;
-  for (std::size_t sensor = 0; sensor < sensors; ++sensor) blocks.push_back({sensor, 1});
+std::vector<SensorBlock> BlocksOf(std::size_t sensors, const std::vector<RecordedBoard>& boards) {
+  std::vector<SensorBlock> blocks;
+  // Two or three side by side hide each other: what is seen best is that those beside them seem to read shorter.
+  for (const std::size_t count : {std::size_t{1}, std::size_t{2}, std::size_t{3}}) {
+    for (std::size_t sensor = 0; sensor < sensors; ++sensor) blocks.push_back({sensor, count});
+  }
   for (const RecordedBoard& board : boards) {
     const bool part = board.sensor_count > 1 && board.sensor_count < sensors && board.first_sensor < sensors;
     if (part) blocks.push_back({board.first_sensor, board.sensor_count});
@@ -270,20 +196,25 @@ DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoa
     }
     state.sensors.push_back(filter.state());
   }
-  const std::vector<Block> blocks = BlocksOf(history.sensors(), boards);
+  const std::vector<SensorBlock> blocks = BlocksOf(history.sensors(), boards);
   for (const DriftSince since : {DriftSince::kBaseline, DriftSince::kCalibration}) {
-    DriftPursuit pursuit(history.stencils(), {DeviationsFrom(since, state.sensors, rules)});
-    Merge(state.alarms, FindAlarms(std::move(pursuit), blocks, {since, rules.limit_mm, rules.significance, 0.0}));
+    DriftPursuit pursuit(history.stencils(), blocks, {DeviationsFrom(since, state.sensors, rules)});
+    Merge(state.alarms, FindAlarms(std::move(pursuit), {since, rules.limit_mm, rules.significance, 0.0}));
   }
   const DriftRecord& newest = history.records().back();
-  DriftPursuit pursuit(history.stencils(), NewestScan(newest, state.sensors, rules));
-  Merge(state.alarms,
-        FindAlarms(std::move(pursuit), blocks,
-                   {DriftSince::kWithinScan, rules.scan_limit_mm, rules.scan_significance, 0.5 * newest.duration_s}));
+  DriftPursuit pursuit(history.stencils(), blocks, NewestScan(newest, state.sensors, rules));
+  Merge(state.alarms, FindAlarms(std::move(pursuit), {DriftSince::kWithinScan, rules.scan_limit_mm,
+                                                      rules.scan_significance, 0.5 * newest.duration_s}));
   std::stable_sort(state.alarms.begin(), state.alarms.end(), [](const DriftAlarm& a, const DriftAlarm& b) {
     return std::abs(a.drift_mm) > std::abs(b.drift_mm);
   });
   return state;
+}
+
+Result<DriftState> JudgeScanSoFar(DriftHistory history, const Scan& so_far, const DriftRules& rules) {
+  const auto added = history.Add(EstimateDrift(so_far));
+  if (!added) return Fail(added);
+  return JudgeDrift(history, so_far.header.machine.boards, rules);
 }
 
 }  // namespace annulus

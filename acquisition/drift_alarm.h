@@ -14,7 +14,7 @@ struct DriftRules {
   double limit_mm = 0.2;            ///< Smaller drifts are not told, mm.
   double significance = 5.0;        ///< A drift is told from so many sd on.
   double scan_limit_mm = 0.25;      ///< The same for what one scan alone says, at its end, mm.
-  double scan_significance = 6.5;   ///< The same.
+  double scan_significance = 5.0;   ///< The same.
   std::size_t baseline_scans = 10;  ///< Customers after a calibration that make each sensor's baseline, >= 2.
   double body_sigma_mm = 0.04;      ///< sd of what bodies have in common in a sensor's direction, mm.
   double person_sigma_mm = 0.02;    ///< sd of what one body alone has, beyond what its scan shows, mm.
@@ -59,11 +59,15 @@ struct DriftState {
 
 /// Judges a history. Each sensor's offsets go through a Kalman filter (local level, innovations clipped at 4 sd, so
 /// that no single customer makes an alarm of the first two kinds); the deviations of all sensors from their baselines
-/// and from zero are taken apart into as few drifting sensors or boards as explain them (matching pursuit with the mean
-/// stencils), since a drifting sensor also shifts what is predicted for its neighbours. The newest scan is judged by
-/// itself too, offset and trend together. `boards`: first sensor and count of blocks that may drift as one; may be
-/// empty.
+/// and from zero are taken apart into as few drifting sensors, pairs, triples or boards as explain them (matching
+/// pursuit with the mean stencils), since a drifting sensor also shifts what is predicted for its neighbours. The
+/// newest scan is judged by itself too, offset and trend together. `boards`: first sensor and count of blocks that may
+/// drift as one; may be empty.
 [[nodiscard]] DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoard>& boards = {},
                                     const DriftRules& rules = {});
+
+/// The same while a scan is being taken: `so_far` holds its levels up to now. `history` is a copy; nothing is kept.
+/// Fails if the scan is of another ring. About 60 ms: may be asked once a second.
+Result<DriftState> JudgeScanSoFar(DriftHistory history, const Scan& so_far, const DriftRules& rules = {});
 
 }  // namespace annulus

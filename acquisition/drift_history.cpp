@@ -45,17 +45,31 @@ std::size_t DriftHistory::SinceCalibration() const {
   return first;
 }
 
+Status DriftHistory::CheckRing(const std::string& ring_serial, std::size_t sensors) const {
+  if (stencils_.empty() && checks_.empty()) return {};
+  const std::size_t own = stencils_.empty() ? checks_.front().sensors.size() : stencils_.size();
+  if (sensors == own && ring_serial == ring_serial_) return {};
+  return Fail("add a scan to the drift history of ring '" + ring_serial_ + "'",
+              "it is of ring '" + ring_serial + "' with " + std::to_string(sensors) + " sensors",
+              "keep one history file for each ring");
+}
+
+Result<DriftHistory::Added> DriftHistory::AddCheck(const ReferenceRecord& check) {
+  RETURN_IF_ERROR(CheckRing(check.ring_serial, check.sensors.size()));
+  const auto known = [&](const ReferenceRecord& old) { return old.scan_hash == check.scan_hash; };
+  if (std::any_of(checks_.begin(), checks_.end(), known)) return Added::kKnown;
+  ring_serial_ = check.ring_serial;
+  checks_.push_back(check);
+  if (checks_.size() > kMostChecks) checks_.erase(checks_.begin());
+  return Added::kNew;
+}
+
 Result<DriftHistory::Added> DriftHistory::Add(const DriftEstimate& estimate, std::optional<double> temperature) {
-  const std::string attempted = "add a scan to the drift history of ring '" + ring_serial_ + "'";
   if (estimate.sensors.size() > kMostSensors) {
-    return Fail(attempted, "it has " + std::to_string(estimate.sensors.size()) + " sensors", "give scans of a ring");
+    return Fail("add a scan to a drift history", "it has " + std::to_string(estimate.sensors.size()) + " sensors",
+                "give scans of a ring");
   }
-  if (!records_.empty() && (estimate.sensors.size() != sensors() || estimate.ring_serial != ring_serial_)) {
-    return Fail(
-        attempted,
-        "it is of ring '" + estimate.ring_serial + "' with " + std::to_string(estimate.sensors.size()) + " sensors",
-        "keep one history file for each ring");
-  }
+  RETURN_IF_ERROR(CheckRing(estimate.ring_serial, estimate.sensors.size()));
   const auto known = [&](const DriftRecord& record) { return record.scan_hash == estimate.scan_hash; };
   if (std::any_of(records_.begin(), records_.end(), known)) return Added::kKnown;
   if (records_.empty() || records_.back().calibration != estimate.calibration) stencil_scans_ = 0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/drift_watch.h"
+#include "acquisition/reference_record.h"
 #include "base/result.h"
 #include "base/storage.h"
 
@@ -35,7 +36,8 @@ class DriftHistory {
   /// before.
   static constexpr std::size_t kMostRecords = 1000;
   static constexpr std::size_t kKeptFirst = 40;
-  static constexpr std::size_t kMostSensors = 4096;
+  static constexpr std::size_t kMostChecks = 400;  ///< More than a year of daily checks.
+  static constexpr std::size_t kMostSensors = 720;
 
   /// Neighbours' mean weights over all scans of the calibration in force (SensorDrift::neighbour_weight), by sensor.
   using Stencils = std::vector<std::array<double, kNeighbours>>;
@@ -47,9 +49,14 @@ class DriftHistory {
   /// Takes one scan up. Fails if it is of another ring.
   Result<Added> Add(const DriftEstimate& estimate, std::optional<double> temperature = std::nullopt);
 
+  /// Takes a check with a reference up. Fails if it is of another ring.
+  Result<Added> AddCheck(const ReferenceRecord& check);
+
   [[nodiscard]] const std::string& ring_serial() const { return ring_serial_; }
   [[nodiscard]] std::size_t sensors() const { return stencils_.size(); }
   [[nodiscard]] const std::vector<DriftRecord>& records() const { return records_; }
+  /// Checks with a reference, oldest first.
+  [[nodiscard]] const std::vector<ReferenceRecord>& checks() const { return checks_; }
   [[nodiscard]] const Stencils& stencils() const { return stencils_; }
   /// Index of the first record of the calibration in force (that of the newest record).
   [[nodiscard]] std::size_t SinceCalibration() const;
@@ -65,12 +72,14 @@ class DriftHistory {
   Status Save(Storage& storage, const std::string& path) const;
 
  private:
+  [[nodiscard]] Status CheckRing(const std::string& ring_serial, std::size_t sensors) const;
   void Trim();
 
   std::string ring_serial_;
   Stencils stencils_;
   std::size_t stencil_scans_ = 0;  ///< In the mean of stencils_.
   std::vector<DriftRecord> records_;
+  std::vector<ReferenceRecord> checks_;
 };
 
 }  // namespace annulus

@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "annulus drift history";
 constexpr int kVersion = 1;
-constexpr int kDeepest = 5;
+constexpr int kDeepest = 6;
 constexpr std::size_t kMostBytes = std::size_t{64} << 20;
 constexpr std::size_t kLongestText = 200;
 constexpr double kLargest = 1e4;
@@ -132,13 +132,16 @@ std::string DriftHistory::ToJson() const {
     for (const ListKey& list : kLists) json[list.key] = ListJson(record.*list.member);
     records.push_back(std::move(json));
   }
+  Json checks = Json::array();
+  for (const ReferenceRecord& check : checks_) checks.push_back(JsonFromCheck(check));
   const Json json{{"format", kFormat},
                   {"version", kVersion},
                   {"ring_serial", ring_serial_},
                   {"sensors", stencils_.size()},
                   {"stencil_scans", stencil_scans_},
                   {"stencils", std::move(stencils)},
-                  {"records", std::move(records)}};
+                  {"records", std::move(records)},
+                  {"checks", std::move(checks)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -173,6 +176,11 @@ Result<DriftHistory> DriftHistory::FromJson(std::string_view text, const std::st
   for (const Json& record : reader.Array("records", kMostRecords)) {
     if (!reader.wrong().empty()) break;
     history.records_.push_back(reader.Record(record, sensors));
+  }
+  for (const Json& check : reader.Array("checks", kMostChecks)) {
+    auto read = CheckFromJson(check);
+    if (!read) return Fail(attempted, "a check: " + read.error().seen, advice);
+    history.checks_.push_back(std::move(*read));
   }
   if (!reader.wrong().empty()) return Fail(attempted, reader.wrong(), advice);
   if (history.stencils_.size() != sensors) return Fail(attempted, "'stencils' has another length than sensors", advice);

@@ -103,7 +103,9 @@ std::vector<Compared> ColumnOf(const ResidualField& field, const RingProfile& pr
     const std::size_t at = level * field.columns + column;
     if (std::isnan(field.value[at])) continue;
     const RingProfile::Level& where = profile.levels()[level];
-    cells.push_back({field.value[at], field.weight[at], where.z, where.time_s});
+    constexpr float kWeakest = 0.05F;
+    const double signal = std::max(profile.Column(column).signal[level], kWeakest);
+    cells.push_back({field.value[at], signal * field.weight[at], where.z, where.time_s});
   }
   return cells;
 }
@@ -138,7 +140,6 @@ double RobustMean(std::vector<Compared>& cells) {
 /// Weighted sums of the comparisons that lie in one range of heights.
 struct Bin {
   double weight = 0.0, value = 0.0, time = 0.0, time2 = 0.0, time_value = 0.0;
-  double weight2 = 0.0;
 };
 using Bins = std::map<long, Bin>;
 
@@ -148,7 +149,6 @@ Bins BinsOf(const std::vector<Compared>& cells, double height_mm) {
     if (!(cell.weight > 0.0)) continue;
     Bin& bin = bins[std::lround(std::floor(cell.z / height_mm))];
     bin.weight += cell.weight;
-    bin.weight2 += cell.weight * cell.weight;
     bin.value += cell.weight * cell.value;
     bin.time += cell.weight * cell.time_s;
     bin.time2 += cell.weight * cell.time_s * cell.time_s;
@@ -208,7 +208,7 @@ void AddTrend(const std::vector<Compared>& cells, double height_mm, SensorDrift&
   drift.trend_sigma_mm_s = std::sqrt(variance / kept) / spread;
 }
 
-/// Twice the usual distance between levels: heights that are compared with each other.
+/// The usual distance between levels of a sweep: heights that are compared with each other.
 double HeightBin(const RingProfile& profile) {
   std::vector<double> steps;
   for (std::size_t k = 1; k < profile.levels().size(); ++k) {

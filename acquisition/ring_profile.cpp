@@ -88,6 +88,7 @@ ProfileColumn RingProfile::Placed(std::size_t channel, std::size_t place) const 
   ProfileColumn column;
   column.turn.assign(levels_.size(), 0.0F);
   column.radius.assign(levels_.size(), kNone);
+  column.signal.assign(levels_.size(), 0.0F);
   std::vector<double> z(levels_.size(), 0.0);
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     const RangeReading* const reading = ReadingOf(k, channel);
@@ -99,6 +100,7 @@ ProfileColumn RingProfile::Placed(std::size_t channel, std::size_t place) const 
     const Eigen::Vector3d point = origin + distance * beam.ray.direction;
     column.turn[k] = static_cast<float>(AngleDifference(std::atan2(point.y(), point.x()), own));
     column.radius[k] = static_cast<float>(point.head<2>().norm());
+    column.signal[k] = static_cast<float>(reading->quality) / 255.0F;
     z[k] = point.z();
   }
   BringToHeights(levels_, z, column.radius);

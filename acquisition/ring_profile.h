@@ -13,6 +13,7 @@ namespace annulus {
 struct ProfileColumn {
   std::vector<float> turn;    ///< rad; the point's theta less that of the sensor's place in the ring.
   std::vector<float> radius;  ///< mm, at the level's height; NaN without a return.
+  std::vector<float> signal;  ///< Return quality, 0 … 1: noise is limited by light, its variance goes as 1 / signal.
 };
 
 /// A scan's calibrated points, so that neighbours can be compared: columns are the sensors in order of theta, and every

@@ -21,9 +21,19 @@ namespace {
 
 constexpr std::size_t kBoardSensors = 15;
 constexpr std::size_t kMostSwaps = 8;
-constexpr double kLeastEvidence = 15.0;
 constexpr double kCap = 8.0;  // cost of one comparison at most: 4 sd
 constexpr double kNormal = 1.4826;
+
+/// By how much an exchange explains the readings better.
+struct Evidence {
+  double gain = 0.0;   ///< In log-likelihood.
+  double sigma = 0.0;  ///< sd of the gain of an exchange that changes nothing.
+  [[nodiscard]] bool Clear() const {
+    constexpr double kLeastGain = 15.0;
+    constexpr double kLeastSigmas = 4.0;
+    return gain > kLeastGain && gain > kLeastSigmas * sigma;
+  }
+};
 
 /// Two blocks of sensors that may be exchanged.
 struct Candidate {
@@ -93,24 +103,21 @@ ChannelSwap Describe(const Candidate& found, double evidence, const std::vector<
   return swap;
 }
 
-/// The search in one scan. `channel_` says whose readings are taken for each sensor: found exchanges are put right, and
-/// the search goes on.
-class ScanSearch {
+/// The search in some levels of one scan. `channel_` says whose readings are taken for each sensor: found exchanges are
+/// put right, and the search goes on.
+class LevelSearch {
  public:
-  ScanSearch(const Scan& scan, double offset_sigma)
-      : profile_(scan, std::max<std::size_t>(1, scan.levels.size() / kLevels)), offset_sigma_(offset_sigma) {
+  LevelSearch(const Scan& scan, std::size_t stride, double offset_sigma)
+      : profile_(scan, stride), offset_sigma_(offset_sigma) {
     const std::size_t n = profile_.columns();
     channel_.resize(n);
     std::iota(channel_.begin(), channel_.end(), std::size_t{0});
-    for (std::size_t column = 0; column < n; ++column) {
-      columns_.push_back(profile_.Column(column));
-    }
+    for (std::size_t column = 0; column < n; ++column) columns_.push_back(profile_.Column(column));
     Compare();
   }
 
-  /// By how much the exchange explains the readings better.
-  [[nodiscard]] double Evidence(const Candidate& candidate) const {
-    std::map<std::size_t, ProfileColumn> moved;
+  [[nodiscard]] Evidence Try(const Candidate& candidate) const {
+    Moved moved;
     for (std::size_t k = 0; k < candidate.count; ++k) {
       const std::size_t a = candidate.a + k;
       const std::size_t b = candidate.b + k;
@@ -121,10 +128,13 @@ class ScanSearch {
     constexpr double kHopeless = -100.0;
     std::vector<std::size_t> columns = ColumnsAround(candidate);
     std::stable_partition(columns.begin(), columns.end(), [&](std::size_t column) { return moved.contains(column); });
-    double evidence = 0.0;
+    std::vector<double> gains(profile_.levels().size(), 0.0);
+    Evidence evidence;
     for (const std::size_t column : columns) {
-      if (candidate.count > 1 || evidence > kHopeless) evidence += Gain(column, moved);
+      if (candidate.count > 1 || evidence.gain > kHopeless) evidence.gain += Gain(column, moved, gains);
     }
+    for (const double gain : gains) evidence.sigma += gain * gain;
+    evidence.sigma = std::sqrt(evidence.sigma);
     return evidence;
   }
   void Exchange(const Candidate& candidate) {
@@ -138,8 +148,7 @@ class ScanSearch {
   }
 
  private:
-  static constexpr std::size_t kLevels = 240;  ///< That many tell enough, about.
-  static constexpr std::size_t kAround = 3;    ///< Columns whose prediction hangs noticeably on another.
+  static constexpr std::size_t kAround = 3;  ///< Columns whose prediction hangs noticeably on another.
   using Moved = std::map<std::size_t, ProfileColumn>;
 
   [[nodiscard]] std::vector<std::size_t> ColumnsAround(const Candidate& candidate) const {
@@ -193,31 +202,33 @@ class ScanSearch {
     if (!magnitudes.empty()) sigma_ = std::max(0.05, kNormal * MedianOf(magnitudes));
   }
 
-  /// What one column's comparisons cost less with the exchange.
-  [[nodiscard]] double Gain(std::size_t column, const Moved& moved) const {
+  /// What one column's comparisons cost less with the exchange; level by level added to `gains`.
+  double Gain(std::size_t column, const Moved& moved, std::vector<double>& gains) const {
     const std::vector<float>& before = residuals_[column];
     const std::vector<float> after = Residuals(column, moved);
-    std::vector<float> old_values;
-    std::vector<float> new_values;
+    const double old_offset = OffsetOf(before, after);
+    const double new_offset = OffsetOf(after, before);
+    double whole = OffsetCost(old_offset) - OffsetCost(new_offset);
     for (std::size_t level = 0; level < after.size(); ++level) {
       if (std::isnan(before[level]) || std::isnan(after[level])) continue;
-      old_values.push_back(before[level]);
-      new_values.push_back(after[level]);
+      const double gain = Cost(before[level] - old_offset) - Cost(after[level] - new_offset);
+      gains[level] += gain;
+      whole += gain;
     }
-    return Cost(old_values) - Cost(new_values);
+    return whole;
   }
-  /// Of residuals around an offset of their own.
-  [[nodiscard]] double Cost(const std::vector<float>& residuals) const {
-    if (residuals.empty()) return 0.0;
-    std::vector<float> values = residuals;
-    const double offset = MedianOf(values);
-    double cost = std::min(0.5 * offset * offset / (offset_sigma_ * offset_sigma_), kCap);
-    for (const float residual : residuals) {
-      const double off = (residual - offset) / sigma_;
-      cost += std::min(0.5 * off * off, kCap);
+  /// The median of those values for which there is one of the others, too.
+  [[nodiscard]] static double OffsetOf(const std::vector<float>& values, const std::vector<float>& others) {
+    std::vector<float> both;
+    for (std::size_t level = 0; level < values.size(); ++level) {
+      if (!std::isnan(values[level]) && !std::isnan(others[level])) both.push_back(values[level]);
     }
-    return cost;
+    return both.empty() ? 0.0 : MedianOf(both);
   }
+  [[nodiscard]] double OffsetCost(double offset) const {
+    return std::min(0.5 * offset * offset / (offset_sigma_ * offset_sigma_), kCap);
+  }
+  [[nodiscard]] double Cost(double off) const { return std::min(0.5 * off * off / (sigma_ * sigma_), kCap); }
 
   RingProfile profile_;
   double offset_sigma_;
@@ -227,18 +238,42 @@ class ScanSearch {
   double sigma_ = 1.0;                         ///< sd of one comparison, mm.
 };
 
+/// The search in one scan: some levels tell nearly all pairs, all levels the others.
+class ScanSearch {
+ public:
+  ScanSearch(const Scan& scan, double offset_sigma)
+      : some_(scan, std::max<std::size_t>(1, scan.levels.size() / kLevels), offset_sigma),
+        all_(scan, 1, offset_sigma) {}
+
+  [[nodiscard]] Evidence Try(const Candidate& candidate) const {
+    constexpr double kClear = -100.0;
+    const Evidence evidence = some_.Try(candidate);
+    return evidence.gain < kClear ? evidence : all_.Try(candidate);
+  }
+  void Exchange(const Candidate& candidate) {
+    some_.Exchange(candidate);
+    all_.Exchange(candidate);
+  }
+
+ private:
+  static constexpr std::size_t kLevels = 240;
+
+  LevelSearch some_;
+  LevelSearch all_;
+};
+
 /// The best exchange, then the best of what is left …
 template <class Search>
 std::vector<ChannelSwap> FindAll(Search& search, std::size_t sensors, const std::vector<RecordedBoard>& boards) {
   const std::vector<Candidate> candidates = CandidatesOf(sensors, boards);
   std::vector<ChannelSwap> swaps;
   while (swaps.size() < kMostSwaps) {
-    double most = kLeastEvidence;
+    double most = 0.0;
     std::optional<Candidate> best;
     for (const Candidate& candidate : candidates) {
-      const double evidence = search.Evidence(candidate);
-      if (evidence <= most) continue;
-      most = evidence;
+      const Evidence evidence = search.Try(candidate);
+      if (!evidence.Clear() || evidence.gain <= most) continue;
+      most = evidence.gain;
       best = candidate;
     }
     if (!best) break;
@@ -275,8 +310,10 @@ class PlacementSearch {
     }
   }
 
-  [[nodiscard]] double Evidence(const Candidate& candidate) const {
-    double evidence = 0.0;
+  [[nodiscard]] Evidence Try(const Candidate& candidate) const {
+    Evidence evidence;
+    double left = 0.0;
+    double fits = 0.0;
     for (std::size_t k = 0; k < candidate.count; ++k) {
       const std::size_t a = candidate.a + k;
       const std::size_t b = candidate.b + k;
@@ -287,15 +324,21 @@ class PlacementSearch {
       // What one of the four lacks is left out of all, so that none is cheaper for having seen less.
       const Eigen::ArrayXd all = aa.array() + bb.array() + ab.array() + ba.array();
       const Eigen::ArrayXd kept = all.isFinite().cast<double>();
-      evidence += Cost(aa, a, kept) + Cost(bb, b, kept) - Cost(ba, a, kept) - Cost(ab, b, kept);
+      const double after = Cost(ba, a, kept) + Cost(ab, b, kept);
+      evidence.gain += Cost(aa, a, kept) + Cost(bb, b, kept) - after;
+      left += after;
+      fits += kept.sum() + kMostLeft;
     }
-    return evidence;
+    // Two sensors that are wrong may fit better in each other's place without fitting there.
+    return left <= fits ? evidence : Evidence{};
   }
   void Exchange(const Candidate& candidate) {
     for (std::size_t k = 0; k < candidate.count; ++k) std::swap(channel_[candidate.a + k], channel_[candidate.b + k]);
   }
 
  private:
+  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square.
+
   static double Square(double number) { return number * number; }
   static double SlopeAt(const std::vector<double>& slopes, std::size_t place) {
     return slopes.empty() ? 0.0 : slopes[place];

@@ -5,75 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 
 #include "base/ensure.h"
 #include "fitting/placement_pose.h"
+#include "fitting/ring_costs.h"
 #include "fitting/ring_covariance.h"
 #include "fitting/ring_exchange.h"
 #include "fitting/ring_findings.h"
+#include "fitting/ring_observability.h"
+#include "fitting/ring_uncertainty.h"
 #include "fitting/stopwatch.h"
 
 namespace annulus {
 namespace {
 
 using Kind = CalibrationTarget::Kind;
-
-/// One bin as Ceres sees it: sensor, ring, pose, form, the two knots of the carriage's path.
-class BinCost final : public ceres::SizedCostFunction<1, sensor_unknown::kCount, ring_unknown::kCount, kPoseUnknowns,
-                                                      kFormUnknowns, 2, 2> {
- public:
-  BinCost(const CalibrationSetup& setup, const std::vector<double>& knots, std::size_t placement, const TargetBin& bin)
-      : setup_(setup), knots_(knots), placement_(placement), bin_(bin) {}
-
-  bool Evaluate(double const* const* u, double* residual, double** jacobians) const override {
-    BinRow row;
-    const bool met = EvaluateBin(setup_, placement_, bin_, knots_, {u[0], u[1], u[2], u[3], u[4], u[5]}, row);
-    // A beam that misses the target in a trial state: as far off as its edge, so that the step is not believed.
-    constexpr double kMissed = 1e3;
-    residual[0] = met ? row.residual : kMissed;
-    if (jacobians == nullptr) return true;
-    const auto put = [&](int block, const auto& values) {
-      if (jacobians[block] == nullptr) return;
-      for (Eigen::Index k = 0; k < values.size(); ++k) jacobians[block][k] = values[k];
-    };
-    put(0, row.by_sensor);
-    put(1, row.by_ring);
-    put(2, row.by_pose);
-    put(3, row.by_form);
-    put(4, row.by_knot);
-    put(5, row.by_next_knot);
-    return true;
-  }
-
- private:
-  const CalibrationSetup& setup_;
-  const std::vector<double>& knots_;
-  std::size_t placement_;
-  const TargetBin& bin_;
-};
-
-/// (value - mean) / sigma, number by number.
-class PriorCost final : public ceres::CostFunction {
- public:
-  PriorCost(Eigen::VectorXd mean, Eigen::VectorXd sigma) : mean_(std::move(mean)), sigma_(std::move(sigma)) {
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(mean_.size()));
-    set_num_residuals(static_cast<int>(mean_.size()));
-  }
-  bool Evaluate(double const* const* u, double* residuals, double** jacobians) const override {
-    const Eigen::Index n = mean_.size();
-    for (Eigen::Index k = 0; k < n; ++k) residuals[k] = (u[0][k] - mean_[k]) / Sigma(k);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n).setZero();
-      for (Eigen::Index k = 0; k < n; ++k) jacobians[0][k * n + k] = 1.0 / Sigma(k);
-    }
-    return true;
-  }
-
- private:
-  [[nodiscard]] double Sigma(Eigen::Index k) const { return std::max(sigma_[k], 1e-6); }
-  Eigen::VectorXd mean_, sigma_;
-};
 
 /// Hands each iteration on as progress, and a stop request back.
 class Watcher final : public ceres::IterationCallback {
@@ -108,9 +56,12 @@ class Calibrator {
   Status Prepare();
   void InitialState();
   void Hold();
+  void AddBins(ceres::Problem& problem);
+  void AddPriors(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering);
   Status Solve();
   void DropNeedlessTerms();
   void Residuals();
+  void MissesOfRadii(const RingCovariance& covariance);
   void Describe();
 
   const RingCalibration& start_;
@@ -159,6 +110,7 @@ void Calibrator::InitialState() {
   state_.ring.sensors.assign(start_.sensors.size(), SensorUnknowns::Zero());
   state_.ring.knots_z_mm = PathKnots(placements_, options_.knot_spacing_mm);
   state_.ring.path.assign(state_.ring.knots_z_mm.size(), Eigen::Vector2d::Zero());
+  setup_.knot_spacing_mm = options_.knot_spacing_mm;
   setup_.middle_z_mm = 0.5 * (state_.ring.knots_z_mm.front() + state_.ring.knots_z_mm.back());
   for (const PlacementBins& placement : placements_) state_.poses.push_back(UnknownsOf(placement.pose));
   for (std::size_t t = 0; t < targets_.size(); ++t) {
@@ -186,16 +138,19 @@ void Calibrator::Hold() {
     if ((kind == Kind::kCylinder || kind == Kind::kStep) && scans_[p].turn) held[4] = false;
     held_.poses.push_back(held);
   }
-  // What the readings cannot tell keeps its value: nothing is invented.
+  // What the readings do not tell well enough keeps its value: nothing is invented.
   ring_held_.fill(held_.ring);
-  ring_held_[ring_unknown::kPitch] = ring_held_[ring_unknown::kRoll] = true;
   if (held_.ring) return;
-  const RingCovariance covariance(setup_, state_, priors_, held_);
+  CalibrationSetup unsolved = setup_;
+  unsolved.huber_sds = 1e9;  // residuals of a ring that is not calibrated yet are all large
+  const RingCovariance covariance(unsolved, state_, priors_, held_);
   for (int k = 0; k < ring_unknown::kCount; ++k) {
-    RingFunctional f = covariance.Zero();
-    f.by_shared[k] = 1.0;
-    if (covariance.Variance(f) > 0.5 * covariance.PriorVariance(f)) ring_held_[static_cast<std::size_t>(k)] = true;
+    if (k == ring_unknown::kOffset || k == ring_unknown::kQuadratic) continue;  // the first rests on the radii
+    ring_held_[static_cast<std::size_t>(k)] = !ObserveRingUnknown(covariance, k).observable;
   }
+  // Their values are never computed: that they hardly show is known beforehand.
+  ring_held_[ring_unknown::kPitch] = ring_held_[ring_unknown::kRoll] = true;
+  held_.considered = ring_held_;
   solution_.height_scale = !ring_held_[ring_unknown::kHeightScale];
   if (options_.quadratic == QuadraticTerm::kNever) ring_held_[ring_unknown::kQuadratic] = true;
 }
@@ -213,11 +168,9 @@ void HoldBlock(ceres::Problem& problem, double* block, const std::array<bool, N>
   }
 }
 
-Status Calibrator::Solve() {
-  ceres::Problem problem;
+void Calibrator::AddBins(ceres::Problem& problem) {
   RingUnknowns& ring = state_.ring;
-  auto* ordering = new ceres::ParameterBlockOrdering;
-  const auto loss = [] { return new ceres::HuberLoss(3.0); };
+  const auto loss = [&] { return new ceres::HuberLoss(setup_.huber_sds); };
   for (std::size_t p = 0; p < placements_.size(); ++p) {
     for (const TargetBin& bin : placements_[p].bins) {
       const std::size_t knot = KnotAt(ring.knots_z_mm, start_.carriage.position_scale * bin.z_mm).first;
@@ -226,30 +179,45 @@ Status Calibrator::Solve() {
                                ring.path[knot].data(), ring.path[knot + 1].data());
     }
   }
-  const auto prior = [&](double* block, const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma, int group) {
+}
+
+void Calibrator::AddPriors(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
+  RingUnknowns& ring = state_.ring;
+  // Within a group Ceres goes by addresses, which differ from run to run: a group for each block but the sensors',
+  // which lie in one array.
+  int group = 1;
+  const auto prior = [&](double* block, const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma) {
     problem.AddResidualBlock(new PriorCost(mean, sigma), nullptr, block);
-    ordering->AddElementToGroup(block, group);
+    ordering.AddElementToGroup(block, group++);
   };
   for (std::size_t i = 0; i < ring.sensors.size(); ++i) {
-    prior(ring.sensors[i].data(), SensorUnknowns::Zero(), priors_.sensor, 0);
+    problem.AddResidualBlock(new PriorCost(SensorUnknowns::Zero(), priors_.sensor), nullptr, ring.sensors[i].data());
+    ordering.AddElementToGroup(ring.sensors[i].data(), 0);
     if (held_.sensors[i]) problem.SetParameterBlockConstant(ring.sensors[i].data());
   }
-  prior(ring.ring.data(), RingWideUnknowns::Zero(), priors_.ring, 1);
+  prior(ring.ring.data(), RingWideUnknowns::Zero(), priors_.ring);
   HoldBlock(problem, ring.ring.data(), ring_held_);
   for (Eigen::Vector2d& knot : ring.path) {
-    prior(knot.data(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Constant(priors_.path_mm), 1);
+    prior(knot.data(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Constant(priors_.path_mm));
     if (held_.ring) problem.SetParameterBlockConstant(knot.data());
   }
   for (std::size_t p = 0; p < state_.poses.size(); ++p) {
-    prior(state_.poses[p].data(), first_.poses[p], priors_.poses[p], 1);
+    prior(state_.poses[p].data(), first_.poses[p], priors_.poses[p]);
     HoldBlock(problem, state_.poses[p].data(), held_.poses[p]);
   }
   for (std::size_t t = 0; t < state_.forms.size(); ++t) {
-    prior(state_.forms[t].data(), first_.forms[t], priors_.forms[t], 1);
+    prior(state_.forms[t].data(), first_.forms[t], priors_.forms[t]);
   }
+}
+
+Status Calibrator::Solve() {
+  ceres::Problem problem;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  AddBins(problem);
+  AddPriors(problem, *ordering);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering.reset(ordering);
+  options.linear_solver_ordering = ordering;
   options.num_threads = options_.threads;
   options.max_num_iterations = 40;
   options.initial_trust_region_radius = 1e8;  // nearly linear, and priors make it well posed
@@ -334,6 +302,25 @@ void Calibrator::Residuals() {
   }
 }
 
+/// What the rest says of each radius: the certificate's share taken out of the estimate again.
+void Calibrator::MissesOfRadii(const RingCovariance& covariance) {
+  for (std::size_t t = 0; t < targets_.size(); ++t) {
+    TargetResult& target = solution_.targets[t];
+    target.certified_radius_mm = first_.forms[t][0];
+    target.certified_sigma_mm = priors_.forms[t][0];
+    RingFunctional radius = covariance.Zero();
+    radius.by_shared[covariance.FormAt(t)] = 1.0;
+    const double considered = covariance.ConsideredVariance(radius);
+    const double prior = std::max(target.certified_sigma_mm, 1e-6);
+    // The certificate's leverage on its own radius; what is left to the rest.
+    const double rest = 1.0 - (covariance.Variance(radius) - considered) / (prior * prior);
+    target.radius_miss_mm = target.radius_miss_sigma_mm = std::numeric_limits<double>::quiet_NaN();
+    if (targets_[t].kind == Kind::kPlane || rest < 1e-4) continue;
+    target.radius_miss_mm = (state_.forms[t][0] - first_.forms[t][0]) / rest;
+    target.radius_miss_sigma_mm = std::sqrt(prior * prior / rest + considered / (rest * rest));
+  }
+}
+
 void Calibrator::Describe() {
   const RingCovariance covariance(setup_, state_, priors_, held_);
   solution_.noise_mm = setup_.noise_mm;
@@ -343,27 +330,24 @@ void Calibrator::Describe() {
   solution_.chi_square = covariance.chi_square() / std::max(1.0, freedom);
   Residuals();
   FillUncertainty(setup_, state_, priors_, covariance, solution_);
-  for (std::size_t t = 0; t < targets_.size(); ++t) {
-    TargetResult& target = solution_.targets[t];
-    target.certified_radius_mm = first_.forms[t][0];
-    target.certified_sigma_mm = priors_.forms[t][0];
-    // What the rest says of the radius: the certificate's share taken out of the estimate again.
-    const double prior = std::max(target.certified_sigma_mm, 1e-6);
-    const double share = std::pow(target.form_sigma[0] / prior, 2);  // leverage of the certificate on its own radius
-    if (share < 0.9999) {
-      target.radius_miss_mm = (state_.forms[t][0] - first_.forms[t][0]) / (1.0 - share);
-      target.radius_miss_sigma_mm = prior / std::sqrt(1.0 - share);
-    }
-  }
-  solution_.observability = ObserveRing(setup_, covariance);
+  MissesOfRadii(covariance);
+  PriorSigmas uncertified = priors_;
+  for (std::size_t t = 0; t < targets_.size(); ++t) uncertified.forms[t][0] = options_.tolerances.common_offset_mm;
+  solution_.observability = ObserveRing(setup_, covariance, RingCovariance(setup_, state_, uncertified, held_));
   solution_.exchanges = FindExchanges(setup_, state_, priors_, options_.board_size);
-  FindFaults(setup_, solution_);
   solution_.corrections = state_.ring;
-  FixGauge(start_, solution_.corrections);
+  if (held_.ring) {
+    // A replaced board is told against the ring around it: nothing of that changes.
+    solution_.corrections.knots_z_mm.clear();
+    solution_.corrections.path.clear();
+  } else {
+    FixGauge(start_, solution_.corrections);
+  }
   const CalibrationUncertainty uncertainty = *solution_.calibration.uncertainty;
   solution_.calibration = Corrected(start_, solution_.corrections);
   solution_.calibration.uncertainty = uncertainty;
   solution_.calibration.certificate.clear();
+  FindFaults(setup_, solution_);
 }
 
 Result<RingSolution> Calibrator::Run() {

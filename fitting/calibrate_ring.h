@@ -37,8 +37,9 @@ struct Observability {
   std::string unit;       ///< "mm", "mm/mm" …
   double prior_sd = 0.0;  ///< From the tolerances alone.
   double posterior_sd = 0.0;
-  bool observable = false;  ///< The readings say more than the tolerances did.
-  std::string consequence;  ///< What it means if it is not; a sentence.
+  double required_sd = 0.0;  ///< What matters to girths and heights: from the accuracy that is asked of the ring.
+  bool observable = false;   ///< posterior_sd <= required_sd.
+  std::string consequence;   ///< What it means if it is not; a sentence.
 };
 
 /// A placement after the solve.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "base/frames.h"
@@ -94,58 +95,84 @@ class BinMaker {
   double freedom_ = 0.0;
 };
 
-/// Heights at which a sensor's beam passes an edge in one sweep: where the fewest readings lie on the wrong step.
-void AddCrossings(const RingCalibration& start, const PlacedTarget& placed, std::vector<Seen>& seen,
+/// A step target's column as if it were round, half-way between both steps.
+CalibrationTarget RoundColumn(const CalibrationTarget& target) {
+  CalibrationTarget round = target;
+  round.kind = Kind::kCylinder;
+  return round;
+}
+
+TargetForm MiddleForm(const PlacedTarget& placed) {
+  TargetForm form = placed.form;
+  form.radius_mm += 0.5 * placed.target.step_mm;
+  return form;
+}
+
+/// A reading near an edge: reported height, and how far behind the middle of both steps it seems to be.
+struct NearStep {
+  double z, behind;
+};
+
+/// Where along the heights one level of a step goes over into the other: the cut with the least squares about both
+/// means. A sensor's own offset and its aim do not matter so.
+struct StepCut {
+  std::size_t cut = 0;  ///< Readings below it.
+  double rise = 0.0;    ///< Mean above less mean below, mm.
+};
+
+std::optional<StepCut> CutOf(const std::vector<NearStep>& near) {
+  constexpr std::size_t kFewest = 2;
+  double all = 0.0;
+  for (const NearStep& one : near) all += one.behind;
+  double below = 0.0;
+  double best = 0.0;
+  StepCut found;
+  for (std::size_t c = 1; c < near.size(); ++c) {
+    below += near[c - 1].behind;
+    if (c < kFewest || c + kFewest > near.size()) continue;
+    const auto low = static_cast<double>(c);
+    const auto high = static_cast<double>(near.size() - c);
+    const double rise = (all - below) / high - below / low;
+    const double gain = rise * rise * low * high / (low + high);
+    if (gain <= best) continue;
+    best = gain;
+    found = {c, rise};
+  }
+  if (found.cut == 0) return std::nullopt;
+  return found;
+}
+
+/// Heights at which a sensor's beam passes an edge.
+void AddCrossings(const RingCalibration& start, const PlacedTarget& placed, const std::vector<Seen>& seen,
                   PlacementBins& result) {
   constexpr double kZone = 2.0 * kEdgeZone;
-  std::sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.along < b.along; });
-  const CalibrationTarget& target = placed.target;
-  for (std::size_t k = 0; k < target.edges_mm.size(); ++k) {
-    const bool rises = k % 2 == 0;
-    TargetForm middle = placed.form;
-    middle.radius_mm += 0.5 * target.step_mm;
-    std::vector<std::pair<double, bool>> states;  // reported height, on the upper of both steps
+  const CalibrationTarget round = RoundColumn(placed.target);
+  const TargetForm middle = MiddleForm(placed);
+  for (std::size_t k = 0; k < placed.target.edges_mm.size(); ++k) {
+    std::vector<NearStep> near;
     for (const Seen& one : seen) {
-      if (std::abs(one.along - target.edges_mm[k]) > kZone) continue;
-      const Ray ray = start.RayOf(one.reading->sensor, one.reading->z_mm);
-      CalibrationTarget round = target;
-      round.kind = Kind::kCylinder;
-      const auto hit = MeetTarget(round, middle, placed.pose, ray);
+      if (std::abs(one.along - placed.target.edges_mm[k]) > kZone) continue;
+      const TargetReading& reading = *one.reading;
+      const auto hit = MeetTarget(round, middle, placed.pose, start.RayOf(reading.sensor, reading.z_mm));
       if (!hit) continue;
-      const double distance = start.sensors[one.reading->sensor].Distance(one.reading->range_mm);
-      states.emplace_back(one.reading->z_mm, (distance > hit->distance) == rises);
+      near.push_back({reading.z_mm, start.sensors[reading.sensor].Distance(reading.range_mm) - hit->distance});
     }
-    if (states.size() < 6) continue;
-    std::sort(states.begin(), states.end());
-    const auto wide = static_cast<std::size_t>(
-        std::count_if(states.begin(), states.end(), [](const auto& state) { return !state.second; }));
-    // Cut c: readings below it should be before the edge ("second" true), above it behind.
-    std::size_t wrong = states.size() - wide > 0 ? 0 : 0;
-    for (const auto& state : states) wrong += state.second ? 1 : 0;  // cut at 0: all before-readings are wrong
-    std::size_t best = wrong;
-    std::size_t cut = 0;
-    for (std::size_t c = 1; c <= states.size(); ++c) {
-      wrong = states[c - 1].second ? wrong - 1 : wrong + 1;
-      if (wrong < best) {
-        best = wrong;
-        cut = c;
-      }
-    }
-    if (cut < 2 || cut + 2 > states.size() || best > states.size() / 5) continue;
+    std::sort(near.begin(), near.end(), [](const NearStep& a, const NearStep& b) { return a.z < b.z; });
+    const auto cut = CutOf(near);
+    // A column that grows wider comes nearer.
+    const double expected = (k % 2 == 0 ? -1.0 : 1.0) * placed.target.step_mm;
+    if (!cut || std::abs(cut->rise - expected) > 0.4 * placed.target.step_mm) continue;
     TargetBin bin;
     bin.sensor = seen.front().reading->sensor;
-    bin.z_mm = 0.5 * (states[cut - 1].first + states[cut].first);
-    const auto hit = [&] {
-      CalibrationTarget round = target;
-      round.kind = Kind::kCylinder;
-      return MeetTarget(round, middle, placed.pose, start.RayOf(bin.sensor, bin.z_mm));
-    }();
+    bin.z_mm = 0.5 * (near[cut->cut - 1].z + near[cut->cut].z);
+    const auto hit = MeetTarget(round, middle, placed.pose, start.RayOf(bin.sensor, bin.z_mm));
     if (!hit) continue;
     bin.range_mm = start.sensors[bin.sensor].ReadingOf(hit->distance);
     bin.weight = 1.0;
-    bin.readings = static_cast<std::uint32_t>(states.size());
+    bin.readings = static_cast<std::uint32_t>(near.size());
     bin.edge = static_cast<int>(k);
-    bin.edge_sigma_mm = std::max(0.3, (states[cut].first - states[cut - 1].first) / std::sqrt(12.0));
+    // Anywhere between two levels; and the spot is not a point.
+    bin.edge_sigma_mm = std::max(0.3, (near[cut->cut].z - near[cut->cut - 1].z) / std::sqrt(12.0));
     result.bins.push_back(bin);
   }
 }
@@ -197,21 +224,25 @@ TargetMotion MotionBetweenSweeps(const RingCalibration& start, const std::vector
   return motion;
 }
 
-}  // namespace
-
-Result<PlacementBins> PreparePlacement(const RingCalibration& start, const CalibrationTarget& target,
-                                       const TargetScan& scan, double bin_mm) {
-  const auto placed = FindPose(start, target, scan);
-  if (!placed) return Fail(placed);
-  PlacementBins result;
-  result.pose = placed->pose;
+/// The readings of the target, by sensor; counts the others.
+std::vector<std::vector<Seen>> SeenOf(const RingCalibration& start, const PlacedTarget& placed, const TargetScan& scan,
+                                      PlacementBins& result) {
+  const CalibrationTarget& target = placed.target;
+  const CalibrationTarget round = RoundColumn(target);
+  const TargetForm middle = MiddleForm(placed);
   std::vector<std::vector<Seen>> by_sensor(start.sensors.size());
   result.z_low = 1e9;
   result.z_high = -1e9;
   const double reach = kNearby + (target.kind == Kind::kStep ? target.step_mm : 0.0);
   for (const TargetReading& reading : scan.readings) {
     if (!IsReading(start, reading)) continue;
-    const auto hit = placed->Meet(start.RayOf(reading.sensor, reading.z_mm));
+    const Ray ray = start.RayOf(reading.sensor, reading.z_mm);
+    auto hit = placed.Meet(ray);
+    if (target.kind == Kind::kStep) {
+      // A beam that is aimed a little wrong may pass an edge: its reading counts on either step.
+      const auto between = MeetTarget(round, middle, placed.pose, ray);
+      if (between && NearEdge(target, between->along)) hit = between;
+    }
     const double distance = start.sensors[reading.sensor].Distance(reading.range_mm);
     if (!hit || std::abs(distance - hit->distance) > reach || hit->cos_incidence < 0.35) {
       ++result.elsewhere;
@@ -221,6 +252,18 @@ Result<PlacementBins> PreparePlacement(const RingCalibration& start, const Calib
     result.z_low = std::min(result.z_low, reading.z_mm);
     result.z_high = std::max(result.z_high, reading.z_mm);
   }
+  return by_sensor;
+}
+
+}  // namespace
+
+Result<PlacementBins> PreparePlacement(const RingCalibration& start, const CalibrationTarget& target,
+                                       const TargetScan& scan, double bin_mm) {
+  const auto placed = FindPose(start, target, scan);
+  if (!placed) return Fail(placed);
+  PlacementBins result;
+  result.pose = placed->pose;
+  std::vector<std::vector<Seen>> by_sensor = SeenOf(start, *placed, scan, result);
   BinMaker maker(start, *placed, result);
   std::vector<std::vector<Seen>> in_bin;
   for (std::vector<Seen>& seen : by_sensor) {

@@ -1,29 +1,9 @@
 #pragma once
 
-#include <vector>
-
 #include "fitting/calibrate_ring.h"
-#include "fitting/ring_covariance.h"
+#include "fitting/ring_problem.h"
 
 namespace annulus {
-
-/// How well each thing that a technician may ask for is known, and what follows where it is not.
-[[nodiscard]] std::vector<Observability> ObserveRing(const CalibrationSetup& setup, const RingCovariance& covariance);
-
-/// The effective radial error of every sensor's points at a distance, as functionals: rows of the sensors' own part,
-/// and of what they share.
-struct EffectiveRadial {
-  std::vector<SensorUnknowns> by_sensor;
-  Eigen::MatrixXd by_shared;
-};
-[[nodiscard]] EffectiveRadial EffectiveRadialAt(const RingCovariance& covariance, std::size_t sensors,
-                                                double distance_mm);
-/// Its mean over all sensors: what a girth sees.
-[[nodiscard]] RingFunctional CommonRadialAt(const RingCovariance& covariance, std::size_t sensors, double distance_mm);
-
-/// Uncertainties of the solution: sensors, common term, the calibration's own CalibrationUncertainty, targets, budget.
-void FillUncertainty(const CalibrationSetup& setup, const CalibrationState& state, const PriorSigmas& priors,
-                     const RingCovariance& covariance, RingSolution& solution);
 
 /// What is wrong or doubtful: targets that moved, too few placements, a ring that is not level, certificates that
 /// disagree, residuals that depend on distance, incidence or the target's angle.

@@ -28,7 +28,7 @@ struct RingTolerances {
   double common_scale = 0.02;          ///< Likewise.
   double quadratic_per_mm = 2e-5;      ///< Likewise.
   double ring_tilt_rad = 0.035;        ///< 2 degrees, either way.
-  double height_scale = 0.01;          ///< Of the drive.
+  double height_scale = 0.003;         ///< Of the drive.
   double temperature_mm_per_c = 0.05;  ///< Of all sensors together.
   double pitch_rad_per_mm = 1.7e-6;    ///< Tilt of the carriage along its way: 0.1 degrees per metre.
   double path_mm = 1.0;                ///< Of the carriage's way from a straight line.
@@ -67,6 +67,8 @@ struct CalibrationSetup {
   const std::vector<PlacementBins>& placements;
   double noise_mm = 0.5;     ///< sd of one full return.
   double middle_z_mm = 0.0;  ///< Height about which pitch and roll turn.
+  double knot_spacing_mm = 150.0;
+  double huber_sds = 3.0;  ///< Residuals beyond it count less.
 };
 
 /// The form of a target in the state, and the pose of a placement.

@@ -1,5 +1,6 @@
 #include "fitting/ring_unknowns.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/ensure.h"
@@ -7,34 +8,30 @@
 namespace annulus {
 namespace {
 
-/// Adds the path's knots to a carriage that may have knots of its own.
-void AddPath(CarriagePath& carriage, const RingUnknowns& unknowns) {
+/// Adds the path to a carriage that may have knots of its own: linear between the knots of both. The path's knots are
+/// heights by the starting scale.
+void AddPath(CarriagePath& carriage, const RingUnknowns& unknowns, double start_scale) {
   if (unknowns.knots_z_mm.empty()) return;
   CarriagePath extra;
-  extra.knots_z_mm = unknowns.knots_z_mm;
+  for (const double z : unknowns.knots_z_mm) extra.knots_z_mm.push_back(z * carriage.position_scale / start_scale);
   for (const Eigen::Vector2d& knot : unknowns.path) {
     extra.x_mm.push_back(knot.x());
     extra.y_mm.push_back(knot.y());
   }
-  if (carriage.knots_z_mm.empty()) {
-    carriage.knots_z_mm = extra.knots_z_mm;
-    carriage.x_mm = extra.x_mm;
-    carriage.y_mm = extra.y_mm;
-    return;
-  }
   CarriagePath bend = carriage;  // without slope and scale: only what bends
   bend.position_scale = 1.0;
   bend.slope_x = bend.slope_y = 0.0;
-  std::vector<double> x;
-  std::vector<double> y;
-  for (std::size_t k = 0; k < extra.knots_z_mm.size(); ++k) {
-    const Eigen::Vector3d before = bend.At(extra.knots_z_mm[k]);
-    x.push_back(before.x() + extra.x_mm[k]);
-    y.push_back(before.y() + extra.y_mm[k]);
+  std::vector<double> knots = extra.knots_z_mm;
+  knots.insert(knots.end(), bend.knots_z_mm.begin(), bend.knots_z_mm.end());
+  std::sort(knots.begin(), knots.end());
+  knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
+  carriage.knots_z_mm = knots;
+  carriage.x_mm.clear();
+  carriage.y_mm.clear();
+  for (const double z : knots) {
+    carriage.x_mm.push_back(bend.At(z).x() + extra.At(z).x());
+    carriage.y_mm.push_back(bend.At(z).y() + extra.At(z).y());
   }
-  carriage.knots_z_mm = extra.knots_z_mm;
-  carriage.x_mm = std::move(x);
-  carriage.y_mm = std::move(y);
 }
 
 }  // namespace
@@ -73,7 +70,7 @@ RingCalibration Corrected(const RingCalibration& start, const RingUnknowns& unkn
   result.pose.tilt_y += unknowns.ring[ring_unknown::kTiltY];
   result.carriage.position_scale += unknowns.ring[ring_unknown::kHeightScale];
   result.range_mm_per_c += unknowns.ring[ring_unknown::kTemperature];
-  AddPath(result.carriage, unknowns);
+  AddPath(result.carriage, unknowns, start.carriage.position_scale);
   return result;
 }
 

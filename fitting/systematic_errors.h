@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "base/result.h"
 
@@ -23,13 +24,26 @@ struct CalibrationErrors {
 /// common² 1·1ᵀ + independent² I. Requires n >= 1.
 [[nodiscard]] Eigen::MatrixXd OffsetCovariance(std::size_t directions, double common_sigma, double independent_sigma);
 
-/// How a standing person moves while levels are taken: displacements of a level along x and along y (mm), independent
-/// of each other, with covariance sd²·exp(−(z₁ − z₂)²/(2·correlation_length²)) between heights z₁ and z₂. Levels taken
-/// at nearly one time move together.
+/// What a standing person's movement leaves in the fitted surface: how its sections may be displaced, in one of two
+/// forms.
+///
+/// Parameters (`heights` is empty): displacements of a level along x and along y (mm), independent of each other, with
+/// covariance sd²·exp(−(z₁ − z₂)²/(2·correlation_length²)) between heights z₁ and z₂. Levels taken at nearly one time
+/// move together.
+///
+/// Full: the joint covariance of the displacements along x and y (mm) and of the turn about the ring's axis (rad) of
+/// the sections at n heights, linear between them and constant beyond. A body sways by leaning about its feet: a
+/// section at height z that is displaced by d leans by d/z. The parameters then are the nearest parametric form.
 struct SwayErrors {
   double sigma_x = 0.0;             ///< mm, sideways
   double sigma_y = 0.0;             ///< mm, front-back
   double correlation_length = 0.0;  ///< mm along z, > 0
+  std::vector<double> heights{};    ///< mm, ascending; empty, or 2 … kMostHeights.
+  /// 3n × 3n: x at all heights, then y, then yaw; symmetric, positive semi-definite.
+  Eigen::MatrixXd covariance{};
+
+  static constexpr std::size_t kMostHeights = 256;
+  [[nodiscard]] bool full() const { return !heights.empty(); }
 };
 
 /// Errors that repeat over a whole scan, which the fit's residuals cannot show. What is not known is absent.

@@ -226,15 +226,19 @@ Eigen::Matrix<double, 6, 1> DistanceByPose(const CalibrationTarget& target, cons
     by[2] = -side * board.by_slope.dot(from);
     by[4] = -side * board.by_turn.dot(from);
   } else if (target.kind != Kind::kSphere) {
-    // The target turns with its axis: a point moves by w x (p - c), w = a x da.
+    // The target turns with its axis: a point moves by w x (p - c), w = a x da. The direction from which its angle is
+    // counted stays above x, so that it also turns about the axis, by a_x / |right| (ahead · da).
+    const Axis axis(pose);
     const Eigen::Vector3d raw(pose.slope_x, pose.slope_y, 1.0);
-    const Eigen::Vector3d along = raw.normalized();
+    const Eigen::Vector3d& along = axis.along;
+    const double by_turn = -Harmonics(hit.cos_phi, hit.sin_phi).Slope(form);
+    const double spin = along.x() / std::sqrt(1.0 - along.x() * along.x());
     for (int k = 0; k < 2; ++k) {
       const Eigen::Vector3d unit = k == 0 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
       const Eigen::Vector3d change = (unit - along.dot(unit) * along) / raw.norm();
-      by[2 + k] = hit.gradient.dot(along.cross(change).cross(from));
+      by[2 + k] = hit.gradient.dot(along.cross(change).cross(from)) - by_turn * spin * axis.ahead.dot(change);
     }
-    by[4] = -Harmonics(hit.cos_phi, hit.sin_phi).Slope(form);
+    by[4] = by_turn;
   }
   return by / speed;
 }

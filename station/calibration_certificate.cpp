@@ -25,15 +25,20 @@ DocumentCell VerdictCell(Verdict verdict) {
   return {"–"};
 }
 
+/// The unit as it stands behind a number: degrees without a space.
+std::string UnitText(const LimitLine& line) {
+  return line.unit.empty() || line.unit == "°" ? line.unit : " " + line.unit;
+}
+
 std::string ValueText(const std::optional<double>& value, const LimitLine& line) {
   if (!value) return "–";
   const int decimals = line.limit == 0.0 ? 0 : line.unit.empty() ? 2 : 3;
-  return NumberWith(*value, decimals) + (line.unit.empty() ? "" : " " + line.unit);
+  return NumberWith(*value, decimals) + UnitText(line);
 }
 
 std::string LimitText(const LimitLine& line) {
   if (line.limit == 0.0) return "none";
-  return fmt::format("{:g}{}", line.limit, line.unit.empty() ? "" : " " + line.unit);
+  return fmt::format("{:g}{}", line.limit, UnitText(line));
 }
 
 DocumentTable LimitTable(const std::vector<LimitLine>& lines) {

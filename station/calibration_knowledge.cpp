@@ -16,14 +16,12 @@ constexpr double kNormal95 = 1.959964;
 
 void AddCarriage(const RingSolution& solution, Document& document) {
   document.blocks.emplace_back(DocumentHeading{"The carriage's way"});
-  const Eigen::Vector2d lean = CarriageLean(solution);
   const RingPose& pose = solution.calibration.pose;
   std::string caption = fmt::format(
-      "x is the subject's right, y the front. The straight line leans by {} mm per metre in x and {} in y. The ring's "
-      "plane is "
-      "tilted by {}° about x and {}° about y. ",
-      SignedWith(lean.x(), 2), SignedWith(lean.y(), 2), SignedWith(DegreesFromRadians(pose.tilt_x), 3),
-      SignedWith(DegreesFromRadians(pose.tilt_y), 3));
+      "x is the subject's right, y the front. The ring's plane is tilted by {}° about x and {}° about y. How far the "
+      "straight "
+      "line leans against the vertical cannot be seen with targets whose own tilt is not known. ",
+      SignedWith(DegreesFromRadians(pose.tilt_x), 3), SignedWith(DegreesFromRadians(pose.tilt_y), 3));
   caption +=
       "Outside the heights where a target stood nothing is known of the way: it is taken to stay where it was last "
       "seen.";
@@ -42,8 +40,7 @@ DocumentTable TargetTable(const CalibrationReport& report) {
   for (std::size_t t = 0; t < report.solution.targets.size(); ++t) {
     const TargetResult& target = report.solution.targets[t];
     const bool plane = t < report.targets.size() && report.targets[t].target.kind == CalibrationTarget::Kind::kPlane;
-    const std::string name =
-        t < report.targets.size() ? Capital(TargetName(report, t)) : fmt::format("Target {}", t + 1);
+    const std::string name = Capital(TargetName(report, t));
     if (plane) {
       table.rows.push_back({name, "–", "–", "–", "–", "–", "–"});
       continue;
@@ -65,7 +62,7 @@ void AddTargets(const CalibrationReport& report, Document& document) {
   if (std::any_of(targets.begin(), targets.end(), HasRoundness)) {
     std::vector<std::string> names;
     for (std::size_t t = 0; t < targets.size(); ++t) {
-      names.push_back(t < report.targets.size() ? Capital(TargetName(report, t)) : fmt::format("Target {}", t + 1));
+      names.push_back(Capital(TargetName(report, t)));
     }
     document.blocks.emplace_back(DocumentFigure{DrawRoundness(report.solution, names),
                                                 "Deviations from a circle by the target's own angle, enlarged, with "
@@ -108,8 +105,8 @@ void AddObservability(const RingSolution& solution, Document& document) {
                    {"Known", 0.9, Align::kCentre},
                    {"Tolerance alone", 1.2, Align::kRight},
                    {"With readings", 1.1, Align::kRight},
-                   {"Unit", 1.6},
-                   {"What follows", 4.6}};
+                   {"Unit", 2.1},
+                   {"What follows", 4.3}};
   for (const Observability& entry : solution.observability) {
     const ShownUnit shown = UnitOf(entry.unit);
     table.rows.push_back(
@@ -151,19 +148,21 @@ std::string FloorText(const CalibrationReport& report) {
 void AddBudget(const CalibrationReport& report, Document& document) {
   document.blocks.emplace_back(DocumentHeading{"Error budget"});
   document.blocks.emplace_back(DocumentParagraph{FloorText(report)});
+  std::vector<BudgetLine> budget = report.solution.budget;
+  for (BudgetLine& line : budget) line.name = Capital(line.name);
   document.blocks.emplace_back(DocumentFigure{
-      DrawBudget(report.solution.budget, report.limits.girth_mm),
+      DrawBudget(budget, report.limits.girth_mm),
       "What each part leaves in a girth of 900 mm around the ring's centre; the last bar is all of them together.",
       "budget"});
   DocumentTable table;
-  table.columns = {{"Part", 4.0},
-                   {"Girth of 900 mm, sd / mm", 1.8, Align::kRight},
+  table.columns = {{"Part", 3.6},
+                   {"Girth of 900 mm, sd / mm", 2.2, Align::kRight},
                    {"95 % / mm", 1.3, Align::kRight},
                    {"Volume, sd / %", 1.4, Align::kRight},
                    {"95 % / %", 1.2, Align::kRight}};
   table.last_row = DocumentTable::LastRow::kTotal;
-  for (const BudgetLine& line : report.solution.budget) {
-    table.rows.push_back({Capital(line.name), NumberWith(line.girth_mm, 3), NumberWith(kNormal95 * line.girth_mm, 3),
+  for (const BudgetLine& line : budget) {
+    table.rows.push_back({line.name, NumberWith(line.girth_mm, 3), NumberWith(kNormal95 * line.girth_mm, 3),
                           NumberWith(line.volume_percent, 4), NumberWith(kNormal95 * line.volume_percent, 4)});
   }
   document.blocks.emplace_back(std::move(table));
@@ -213,25 +212,24 @@ void AddLimits(const CalibrationReport& report, Document& document) {
 void AddHistory(const CalibrationReport& report, Document& document) {
   document.blocks.emplace_back(DocumentHeading{"Calibrations of this ring"});
   DocumentTable table;
-  table.columns = {{"Date", 2.2},
+  table.columns = {{"Date", 2.9},
                    {"Calibration", 2.6},
                    {"Technician", 2.0},
-                   {"Common shift / mm", 1.4, Align::kRight},
+                   {"Off when replaced / mm", 1.7, Align::kRight},
                    {"", 1.0, Align::kCentre}};
   const auto verdict = [](bool passed) {
     return passed ? DocumentCell("pass", DocumentMark::kGood) : DocumentCell("FAIL", DocumentMark::kBad);
   };
   for (const EarlierCalibration& earlier : report.history) {
     table.rows.push_back({OrElse(earlier.date, "–"), ShortHash(earlier.hash), OrElse(earlier.technician, "–"),
-                          SignedWith(earlier.common_shift_mm, 3), verdict(earlier.passed)});
+                          SignedWith(earlier.common_mm, 3), verdict(earlier.passed)});
   }
-  // The new calibration moved points by what the old one had wrong.
-  const std::string shift = report.as_found ? SignedWith(-report.as_found->common_mm, 3) : std::string("–");
   table.rows.push_back({OrElse(report.date, "–") + " (this one)", ShortHash(report.calibration_hash),
-                        OrElse(report.technician, "–"), shift, verdict(CalibrationPasses(report))});
+                        OrElse(report.technician, "–"), "–", verdict(CalibrationPasses(report))});
   document.blocks.emplace_back(std::move(table));
   document.blocks.emplace_back(DocumentParagraph{
-      "Common shift: how far a calibration moved the mean radial error of all sensors; positive: outwards.",
+      "Off when replaced: the radial error common to all sensors that a calibration had by then; positive: bodies were "
+      "measured too large.",
       Size::kNote});
 }
 

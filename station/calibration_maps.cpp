@@ -89,27 +89,37 @@ RgbImage CellsOf(const Eigen::MatrixXd& values, double scale) {
   return image;
 }
 
-void DrawMap(Figure& figure, double top, double height, const ResidualGrid& grid, const Eigen::MatrixXd& values,
-             const char* title, double scale) {
-  const auto sensors = static_cast<std::size_t>(values.cols());
+/// One of the maps.
+struct ResidualMap {
+  const char* title;
+  const Eigen::MatrixXd& values;  ///< mm, as ResidualGrid.
+  double top;                     ///< mm on the figure.
+  double scale_mm;                ///< Value of the strongest colours.
+};
+
+constexpr double kMapHeight = 34.0;  // mm
+
+void DrawMap(Figure& figure, const ResidualGrid& grid, const ResidualMap& map) {
+  const auto sensors = static_cast<std::size_t>(map.values.cols());
   ChartStyle style;
-  style.corner = {kLeft, top};
-  style.size = {kMapWidth, height};
+  style.corner = {kLeft, map.top};
+  style.size = {kMapWidth, kMapHeight};
   style.x_from = SensorAxisFrom(sensors);
   style.x_to = style.x_from + 360.0;
   style.y_from = grid.z_low_mm;
   style.y_to = grid.z_high_mm;
-  style.title = title;
+  style.title = map.title;
   style.y_label = "height / mm";
   style.x_ticks = 0;
   style.y_ticks = 5;
   const Chart chart(figure, style);
   chart.Grid();
-  if (values.size() > 0) figure.Cells(style.corner, style.size, CellsOf(values, scale));
+  if (map.values.size() > 0) figure.Cells(style.corner, style.size, CellsOf(map.values, map.scale_mm));
   chart.Frame();
+  const double bottom = map.top + kMapHeight;
   for (int degrees = 0; degrees < 360; degrees += 30) {
-    const double x = chart.X(SensorAxisFrom(sensors) + degrees);
-    figure.Stroke({{x, top + height}, {x, top + height + 1.2}}, {0.2, chart_colour::kFrame});
+    const double x = chart.X(degrees);
+    figure.Stroke({{x, bottom}, {x, bottom + 1.2}}, {0.2, chart_colour::kFrame});
   }
 }
 
@@ -138,7 +148,7 @@ void DrawColourBar(Figure& figure, double top, double height, double scale) {
   figure.Text({kBarLeft, top - 1.8}, "mm", {7.0, chart_colour::kSoft});
 }
 
-/// The carriage's place at its knots, and at heights beyond them.
+/// The carriage's place at its knots, off the straight line through them, mm.
 struct PathPoints {
   std::vector<double> z;
   std::vector<Eigen::Vector2d> at;
@@ -182,15 +192,15 @@ double RoundnessVariance(const FormUnknowns& sigma, double phi) {
 
 /// One target's shape about `centre`, mm.
 void DrawShape(Figure& figure, const Eigen::Vector2d& centre, const TargetResult& target, double scale_mm) {
-  constexpr double kBase = 17.0;  // mm on paper: no deviation
-  constexpr double kReach = 8.0;  // mm on paper: one `scale_mm`
+  constexpr double kBase = 15.5;  // mm on paper: no deviation
+  constexpr double kReach = 7.0;  // mm on paper: one `scale_mm`
   constexpr int kPoints = 180;
   const auto loop = [&](double sds) {
     std::vector<Eigen::Vector2d> points;
     for (int k = 0; k <= kPoints; ++k) {
       const double phi = kTwoPi * k / kPoints;
       const double out = target.form.OutOfRound(phi) + sds * std::sqrt(RoundnessVariance(target.form_sigma, phi));
-      const double radius = kBase + kReach * std::clamp(out / scale_mm, -2.0, 1.2);
+      const double radius = kBase + kReach * std::clamp(out / scale_mm, -1.0, 1.0);
       points.emplace_back(centre + radius * Eigen::Vector2d(std::cos(phi), -std::sin(phi)));
     }
     return points;
@@ -204,34 +214,28 @@ void DrawShape(Figure& figure, const Eigen::Vector2d& centre, const TargetResult
   for (int degrees = 0; degrees < 360; degrees += 90) {
     const double phi = RadiansFromDegrees(degrees);
     const Eigen::Vector2d out(std::cos(phi), -std::sin(phi));
-    figure.Text(centre + (kBase + kReach + 3.2) * out + Eigen::Vector2d(0.0, 0.8), fmt::format("{}°", degrees), small);
+    figure.Text(centre + (kBase + kReach + 2.8) * out + Eigen::Vector2d(0.0, 0.8), fmt::format("{}°", degrees), small);
   }
 }
 
 }  // namespace
 
 Figure DrawResidualMaps(const RingSolution& solution) {
-  constexpr double kHeight = 34.0;
   constexpr double kTop = 8.0;
-  constexpr double kSecond = kTop + kHeight + 9.0;
-  constexpr double kThird = kSecond + kHeight + 16.0;
+  constexpr double kSecond = kTop + kMapHeight + 9.0;
+  constexpr double kThird = kSecond + kMapHeight + 16.0;
   const ResidualGrid grid = GridOf(solution);
-  Figure figure(kPlotWidth, kThird + kHeight + 7.0, "Residuals by sensor and height, before and after calibration");
+  Figure figure(kPlotWidth, kThird + kMapHeight + 7.0, "Residuals by sensor and height, before and after calibration");
   const double both = std::max(ScaleOf(grid.before, 0.05), ScaleOf(grid.after, 0.05));
   const double fine = ScaleOf(grid.after, 0.02);
-  DrawMap(figure, kTop, kHeight, grid, grid.before, "Before", both);
-  DrawMap(figure, kSecond, kHeight, grid, grid.after, "After, same colours", both);
-  DrawColourBar(figure, kTop, kSecond + kHeight - kTop, both);
-  DrawMap(figure, kThird, kHeight, grid, grid.after, "After, enlarged", fine);
-  DrawColourBar(figure, kThird, kHeight, fine);
+  DrawMap(figure, grid, {"Before", grid.before, kTop, both});
+  DrawMap(figure, grid, {"After, same colours", grid.after, kSecond, both});
+  DrawColourBar(figure, kTop, kSecond + kMapHeight - kTop, both);
+  DrawMap(figure, grid, {"After, enlarged", grid.after, kThird, fine});
+  DrawColourBar(figure, kThird, kMapHeight, fine);
   const auto sensors = static_cast<std::size_t>(grid.before.cols());
-  for (const double top : {kSecond, kThird}) LabelDirections(figure, {kLeft, top}, {kMapWidth, kHeight}, sensors);
+  for (const double top : {kSecond, kThird}) LabelDirections(figure, {kLeft, top}, {kMapWidth, kMapHeight}, sensors);
   return figure;
-}
-
-Eigen::Vector2d CarriageLean(const RingSolution& solution) {
-  constexpr double kPerMetre = 1000.0;
-  return kPerMetre * LineThrough(solution.calibration.carriage).row(1).transpose();
 }
 
 Figure DrawStraightness(const RingSolution& solution) {
@@ -296,7 +300,7 @@ bool HasRoundness(const TargetResult& target) {
 
 Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string>& names) {
   constexpr double kCell = kPlotWidth / 3.0;
-  constexpr double kRow = 72.0;
+  constexpr double kRow = 66.0;
   std::vector<std::size_t> shown;
   for (std::size_t t = 0; t < solution.targets.size(); ++t) {
     if (HasRoundness(solution.targets[t])) shown.push_back(t);
@@ -305,16 +309,19 @@ Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string
   Figure figure(kPlotWidth, kRow * static_cast<double>(rows), "Shapes of the targets, deviations enlarged");
   for (std::size_t k = 0; k < shown.size(); ++k) {
     const TargetResult& target = solution.targets[shown[k]];
-    double largest = 0.01;
+    double largest = 0.01;  // with its band
     for (int degree = 0; degree < 360; ++degree) {
-      largest = std::max(largest, std::abs(target.form.OutOfRound(RadiansFromDegrees(degree))));
+      const double phi = RadiansFromDegrees(degree);
+      const double half = kNormal95 * std::sqrt(RoundnessVariance(target.form_sigma, phi));
+      largest = std::max(largest, std::abs(target.form.OutOfRound(phi)) + half);
     }
     const double scale = RoundUp(largest);
-    const Eigen::Vector2d corner(kCell * static_cast<double>(k % 3), kRow * static_cast<double>(k / 3));
+    const std::size_t row = k / 3;
+    const Eigen::Vector2d corner(kCell * static_cast<double>(k % 3), kRow * static_cast<double>(row));
     const double middle = corner.x() + 0.5 * kCell;
     figure.Text({middle, corner.y() + 4.0}, names[shown[k]], {8.0, chart_colour::kInk, Weight::kBold, Align::kCentre});
-    DrawShape(figure, {middle, corner.y() + 36.0}, target, scale);
-    figure.Text({middle, corner.y() + 70.0},
+    DrawShape(figure, {middle, corner.y() + 33.0}, target, scale);
+    figure.Text({middle, corner.y() + 63.5},
                 fmt::format("out of round {:.3f} mm; rings at ±{:g} mm", target.out_of_round_mm, scale),
                 {6.5, chart_colour::kSoft, Weight::kRegular, Align::kCentre});
   }

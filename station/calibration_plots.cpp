@@ -125,10 +125,10 @@ ChartStyle BarChart(double top, std::size_t rows, double longest) {
 
 Figure DrawRangeErrors(const SensorErrors& errors, const CalibrationLimits& limits) {
   constexpr double kHeight = 40.0;
-  constexpr double kUpper = 12.0;
-  constexpr double kLower = kUpper + kHeight + 19.0;
+  constexpr double kUpper = 8.0;
+  constexpr double kLower = kUpper + kHeight + 17.0;
   const std::size_t sensors = errors.before_mm.size();
-  Figure figure(kPlotWidth, kLower + kHeight + 10.0, "Radial errors of the sensors before and after calibration");
+  Figure figure(kPlotWidth, kLower + kHeight + 7.0, "Radial errors of the sensors before and after calibration");
   ChartStyle style =
       SensorChart(kUpper, kHeight, RoundUp(LargestOf(Reach(errors.before_mm, errors.half95_mm), 0.1)), sensors);
   style.title = "Before and after";
@@ -213,18 +213,19 @@ Figure DrawAimErrors(const SensorErrors& errors) {
 Figure DrawVerification(const std::vector<double>& sensor_residual_mm, const CalibrationLimits& limits) {
   constexpr double kTop = 8.0;
   constexpr double kHeight = 34.0;
-  const std::size_t sensors = sensor_residual_mm.size();
+  std::vector<double> outwards = sensor_residual_mm;
+  for (double& value : outwards) value = -value;
+  const std::size_t sensors = outwards.size();
   Figure figure(kPlotWidth, kTop + kHeight + 7.0, "Residuals of the sensors on the second artefact");
-  ChartStyle style =
-      SensorChart(kTop, kHeight, RoundUp(1.05 * LargestOf(sensor_residual_mm, limits.sensor_rms_mm)), sensors);
+  ChartStyle style = SensorChart(kTop, kHeight, RoundUp(1.05 * LargestOf(outwards, limits.sensor_rms_mm)), sensors);
   style.title = "Second artefact";
-  style.y_label = "residual / mm";
+  style.y_label = "radial residual / mm";
   const Chart chart(figure, style);
   ShadeBoards(figure, style, sensors);
   chart.Grid();
   Limits(chart, limits.sensor_rms_mm);
   chart.Level(0.0, {0.2, chart_colour::kFrame});
-  DrawSensors(figure, chart, {sensor_residual_mm, {}, chart_colour::kAfter, chart_colour::kAfterSoft});
+  DrawSensors(figure, chart, {outwards, {}, chart_colour::kAfter, chart_colour::kAfterSoft});
   chart.Frame();
   LabelSensors(figure, style.corner, style.size, sensors);
   DrawLegend(figure, {kLeft + kInner, kTop - 1.8},

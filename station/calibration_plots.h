@@ -33,7 +33,8 @@ struct PlacementResidual {
 /// Of a solution.
 [[nodiscard]] std::vector<PlacementResidual> PlacementResidualsOf(const RingSolution& solution);
 
-/// Each sensor's mean residual on a second artefact, mm, with the limit of their RMS. NaN where unseen.
+/// How much too large each sensor sees a second artefact, mm, with the limit of their RMS: minus its mean residual,
+/// measured less expected distance. NaN where unseen.
 [[nodiscard]] Figure DrawVerification(const std::vector<double>& sensor_residual_mm, const CalibrationLimits& limits);
 
 /// Contributions to a girth of 900 mm as 95 % half widths, with the limit.
@@ -45,8 +46,6 @@ struct PlacementResidual {
 
 /// x and y of the carriage over the height, less the straight line through them, with the heights where a target stood.
 [[nodiscard]] Figure DrawStraightness(const RingSolution& solution);
-/// That line: mm per m of height, x and y.
-[[nodiscard]] Eigen::Vector2d CarriageLean(const RingSolution& solution);
 
 /// The shapes of round targets, deviations enlarged, with 95 % bands. `names`: one per target of the solution.
 [[nodiscard]] Figure DrawRoundness(const RingSolution& solution, const std::vector<std::string>& names);

@@ -30,19 +30,21 @@ struct AsFound {
   std::vector<double> vertical_rad;  ///< By sensor: error in height as an angle, without the common one.
 };
 
-/// `before` against `left`, hash and date left empty. Both must have as many sensors.
-[[nodiscard]] AsFound AsFoundOf(const RingCalibration& before, const RingCalibration& left);
+/// `earlier` against `left` at the temperature of the new one, hash and date left empty. Both must have as many
+/// sensors.
+[[nodiscard]] AsFound AsFoundOf(const RingCalibration& earlier, const RingCalibration& left);
 
 /// A second artefact that took no part in the solve, measured with the new calibration.
 struct CalibrationVerification {
   CalibrationTarget target;
-  double temperature_c = 20.0;             ///< While it was scanned, degrees Celsius.
-  double found_radius_mm = 0.0;            ///< Measured.
-  double found_u_mm = 0.0;                 ///< Its expanded uncertainty (k = 2), the calibration's own included.
-  double certified_radius_mm = 0.0;        ///< At `temperature_c`.
-  double certified_u_mm = 0.0;             ///< U (k = 2).
-  double residual_rms_mm = 0.0;            ///< RMS over the sensors of each one's mean residual.
-  std::vector<double> sensor_residual_mm;  ///< By sensor: that mean residual; NaN where unseen; may be empty.
+  double temperature_c = 20.0;       ///< While it was scanned, degrees Celsius.
+  double found_radius_mm = 0.0;      ///< Measured.
+  double found_u_mm = 0.0;           ///< Its expanded uncertainty (k = 2), the calibration's own included.
+  double certified_radius_mm = 0.0;  ///< At `temperature_c`.
+  double certified_u_mm = 0.0;       ///< U (k = 2).
+  double residual_rms_mm = 0.0;      ///< RMS over the sensors of each one's mean residual.
+  /// By sensor: that mean residual, measured less expected distance; NaN where unseen; may be empty.
+  std::vector<double> sensor_residual_mm;
 
   /// (found - certified) / sqrt(U_found^2 + U_certified^2): within ±1 both agree (ISO/IEC 17043). Infinite if neither
   /// has an uncertainty and both differ.
@@ -54,7 +56,7 @@ struct EarlierCalibration {
   std::string date;  ///< ISO 8601.
   std::string hash;  ///< "sha256:…"
   std::string technician;
-  double common_shift_mm = 0.0;  ///< How far it moved the mean radial error of all sensors; positive: outwards.
+  double common_mm = 0.0;  ///< As AsFound, when it was replaced: what it had wrong by then.
   bool passed = false;
 };
 

@@ -47,8 +47,15 @@ void AddSummary(const CalibrationReport& report, Document& document) {
       NumberWith(std::sqrt(std::max(0.0, solution.chi_square)), 2), NumberWith(solution.chi_square, 3));
   text += solution.quadratic ? " The range needed a term in the square of the reading."
                              : " The range needed no term in the square of the reading.";
-  text += solution.height_scale ? " Heights were measured by a step target."
-                                : " No target had edges at known heights, so heights keep the drive's own scale.";
+  const bool step = std::any_of(report.targets.begin(), report.targets.end(), [](const ReportTarget& target) {
+    return target.target.kind == CalibrationTarget::Kind::kStep;
+  });
+  if (!solution.height_scale) {
+    text += " Heights keep the drive's own scale: no target had edges at known heights.";
+  } else {
+    text += step ? " Heights were measured by a step target."
+                 : " The scale of heights rests on the targets' tilts; a step target would say more of it.";
+  }
   document.blocks.emplace_back(DocumentParagraph{std::move(text)});
   const std::string held = HeldSensors(solution);
   if (!held.empty()) {
@@ -136,33 +143,31 @@ void AddAimErrors(const SensorErrors& errors, Document& document) {
   document.blocks.emplace_back(DocumentFigure{DrawAimErrors(errors), std::move(caption), "aim_errors"});
 }
 
-std::string MotionText(const TargetMotion& motion) {
-  return motion.seen
-             ? fmt::format("{} ± {}", NumberWith(motion.largest_mm, 3), NumberWith(kNormal95 * motion.sigma_mm, 3))
-             : std::string("not seen");
-}
-
 DocumentTable Placements(const CalibrationReport& report) {
-  const RingSolution& solution = report.solution;
   DocumentTable table;
-  table.columns = {{"Placement", 2.5},
-                   {"Target", 1.9},
-                   {"x, y / mm", 1.9, Align::kRight},
-                   {"Tilt / °", 0.9, Align::kRight},
-                   {"Turn / °", 0.95, Align::kRight},
-                   {"Heights / mm", 1.75, Align::kRight},
+  table.columns = {{"Placement", 2.2},
+                   {"Target", 1.5},
+                   {"x, y / mm", 1.5, Align::kRight},
+                   {"Tilt / °", 1.0, Align::kRight},
+                   {"Turn / °", 1.05, Align::kRight},
+                   {"Heights / mm", 1.6, Align::kRight},
                    {"RMS before / mm", 1.2, Align::kRight},
-                   {"RMS after / mm", 1.1, Align::kRight},
-                   {"Noise / mm", 1.05, Align::kRight},
-                   {"Motion / mm", 1.8, Align::kRight}};
-  for (const PlacementResult& p : solution.placements) {
-    const double turn = DegreesFromRadians(p.pose.turn - kTwoPi * std::floor(p.pose.turn / kTwoPi));
-    table.rows.push_back(
-        {p.name, p.target < report.targets.size() ? Capital(TargetName(report, p.target)) : std::string("–"),
-         fmt::format("{}, {}", NumberWith(p.pose.x, 0), NumberWith(p.pose.y, 0)),
-         NumberWith(DegreesFromRadians(p.tilt_rad), 1), NumberWith(turn, 0),
-         fmt::format("{}–{}", NumberWith(p.z_low_mm, 0), NumberWith(p.z_high_mm, 0)), NumberWith(p.rms_before_mm, 3),
-         NumberWith(p.rms_after_mm, 3), NumberWith(p.noise_mm, 3), MotionText(p.motion)});
+                   {"RMS after / mm", 1.15, Align::kRight},
+                   {"Noise / mm", 1.0, Align::kRight},
+                   {"Motion / mm", 1.15, Align::kRight},
+                   {"its sd / mm", 1.0, Align::kRight}};
+  for (const PlacementResult& p : report.solution.placements) {
+    const std::string serial =
+        p.target < report.targets.size() ? report.targets[p.target].target.serial : std::string();
+    const double turn = std::round(DegreesFromRadians(p.pose.turn));
+    table.rows.push_back({p.name, OrElse(serial, std::to_string(p.target + 1)),
+                          fmt::format("{}, {}", NumberWith(p.pose.x, 0), NumberWith(p.pose.y, 0)),
+                          NumberWith(DegreesFromRadians(p.tilt_rad), 1),
+                          NumberWith(turn - 360.0 * std::floor(turn / 360.0), 0),
+                          fmt::format("{}–{}", NumberWith(p.z_low_mm, 0), NumberWith(p.z_high_mm, 0)),
+                          NumberWith(p.rms_before_mm, 3), NumberWith(p.rms_after_mm, 3), NumberWith(p.noise_mm, 3),
+                          p.motion.seen ? NumberWith(p.motion.largest_mm, 3) : std::string("–"),
+                          p.motion.seen ? NumberWith(p.motion.sigma_mm, 3) : std::string("–")});
   }
   return table;
 }
@@ -182,11 +187,11 @@ void AddResiduals(const CalibrationReport& report, Document& document) {
                                               "or its target is not what was entered.",
                                               "placement_residuals"});
   document.blocks.emplace_back(Placements(report));
-  document.blocks.emplace_back(
-      DocumentParagraph{"x, y: the target's axis at its foot, a sphere's centre, or a point of a board. Noise: "
-                        "standard deviation of one return. "
-                        "Motion: how far apart two sweeps saw the target, and what noise alone explains (95 %).",
-                        Size::kNote});
+  document.blocks.emplace_back(DocumentParagraph{
+      "x, y: where the target's axis, a sphere's centre or a point of a board stood. Noise: standard deviation of one "
+      "return. Motion: the largest distance, over all heights, between the places at which two sweeps saw the target; "
+      "beside it, what noise alone gives one such distance.",
+      Size::kNote});
 }
 
 }  // namespace

@@ -46,6 +46,7 @@ SensorUnknowns Upwards() {
 
 std::vector<double> DegreesOf(const std::vector<double>& radians) {
   std::vector<double> degrees;
+  degrees.reserve(radians.size());
   for (const double value : radians) degrees.push_back(DegreesFromRadians(value));
   return degrees;
 }
@@ -213,7 +214,8 @@ double CalibrationVerification::En() const {
   return difference == 0.0 ? 0.0 : std::copysign(std::numeric_limits<double>::infinity(), difference);
 }
 
-AsFound AsFoundOf(const RingCalibration& before, const RingCalibration& left) {
+AsFound AsFoundOf(const RingCalibration& earlier, const RingCalibration& left) {
+  const RingCalibration before = earlier.AtTemperature(left.reference_c);
   ENSURE(before.sensors.size() == left.sensors.size(), "both calibrations are of rings with as many sensors");
   const std::vector<double>& knots = left.carriage.knots_z_mm;
   const double z = knots.empty() ? 0.0 : 0.5 * (knots.front() + knots.back());
@@ -295,7 +297,7 @@ Traceability TraceabilityOf(const CalibrationReport& report) {
 }
 
 std::string TargetName(const CalibrationReport& report, std::size_t index) {
-  const std::string& serial = report.targets[index].target.serial;
+  const std::string serial = index < report.targets.size() ? report.targets[index].target.serial : std::string();
   if (!serial.empty()) return "target " + serial;
   return report.targets.size() == 1 ? std::string("target") : fmt::format("target {}", index + 1);
 }

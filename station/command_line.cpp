@@ -101,7 +101,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddInspectCommand, AddRecoverCommand,   AddFitCommand,      AddEvalCommand,      AddSectionCommand,
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
-        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand}) {
+        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -33,6 +33,8 @@ void AddMeasureCommand(CLI::App& app, CommandWork& chosen);
 void AddCompareCommand(CLI::App& app, CommandWork& chosen);
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen);
 void AddRenderCommand(CLI::App& app, CommandWork& chosen);
+void AddDriftCommand(CLI::App& app, CommandWork& chosen);
+void AddCheckCommand(CLI::App& app, CommandWork& chosen);
 void AddDoctorCommand(CLI::App& app, CommandWork& chosen);
 void AddSimDevicesCommand(CLI::App& app, CommandWork& chosen);
 void AddBoothdCommand(CLI::App& app, CommandWork& chosen);

@@ -19,7 +19,9 @@ struct DocumentCell {
   DocumentMark mark = DocumentMark::kNone;
 
   DocumentCell() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): a row is written as a list of texts
   DocumentCell(std::string words, DocumentMark how = DocumentMark::kNone) : text(std::move(words)), mark(how) {}
+  // NOLINTNEXTLINE(google-explicit-constructor): likewise
   DocumentCell(const char* words) : text(words) {}
 };
 

@@ -21,7 +21,7 @@ table { border-collapse:collapse; width:100%; margin:.8rem 0; font-size:.88rem; 
 th, td { padding:.32rem .6rem; border-bottom:1px solid var(--line); vertical-align:top; text-align:left; }
 th { color:var(--soft); font-weight:600; border-bottom:2px solid var(--soft); vertical-align:bottom; }
 tbody tr:nth-child(odd) { background:var(--band); } tr.total td { font-weight:600; border-top:2px solid var(--soft); }
-tr { break-inside:avoid; } .right { text-align:right; } .centre { text-align:center; }
+tr { break-inside:avoid; } .right { text-align:right; } td.right { white-space:nowrap; } .centre { text-align:center; }
 .good { color:var(--good); font-weight:600; } .doubtful { color:var(--doubtful); font-weight:600; }
 .bad { color:var(--bad); font-weight:600; }
 .notice { margin:1rem 0; padding:.7rem 1rem; border-left:.4rem solid var(--accent); background:var(--band); break-inside:avoid; }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 #include "base/markup_text.h"
@@ -14,7 +15,7 @@ namespace {
 constexpr double kPoint = 72.0 / 25.4;  // per mm
 
 std::string HexOf(const SheetColour& colour) {
-  const auto byte = [](double share) { return static_cast<int>(share * 255.0 + 0.5); };
+  const auto byte = [](double share) { return std::lround(share * 255.0); };
   return fmt::format("#{:02x}{:02x}{:02x}", byte(colour.red), byte(colour.green), byte(colour.blue));
 }
 
@@ -27,6 +28,15 @@ std::string PointsOf(const std::vector<Eigen::Vector2d>& points) {
 std::string StrokeAttributes(const SheetStroke& stroke) {
   return fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"{:.2f}\"{}", HexOf(stroke.colour), stroke.width_mm,
                      stroke.dash == SheetStroke::Dash::kDashed ? " stroke-dasharray=\"0.9 0.7\"" : "");
+}
+
+/// Each pixel as a square of `factor` pixels: not all programs leave the edges of enlarged pixels sharp.
+RgbImage Enlarged(const RgbImage& image, int factor) {
+  RgbImage large = RgbImage::Filled(image.width * factor, image.height * factor, LinearRgb::Zero());
+  for (int y = 0; y < large.height; ++y) {
+    for (int x = 0; x < large.width; ++x) large.rgb[large.Index(x, y)] = image.rgb[image.Index(x / factor, y / factor)];
+  }
+  return large;
 }
 
 }  // namespace
@@ -126,11 +136,12 @@ struct Figure::AsSvg {
         MarkupText(letters.text));
   }
   void operator()(const Picture& picture) const {
-    const auto png = EncodePng(picture.image);
+    constexpr int kFactor = 8;
+    const auto png = EncodePng(Enlarged(picture.image, kFactor));
     if (!png) return;  // an image without pixels shows nothing
     svg += fmt::format(
         "<image x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" preserveAspectRatio=\"none\" "
-        "style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
+        "image-rendering=\"optimizeSpeed\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
         picture.corner.x(), picture.corner.y(), picture.size.x(), picture.size.y(), EncodeBase64(*png));
   }
 };

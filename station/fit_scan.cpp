@@ -1,16 +1,19 @@
 #include "station/fit_scan.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "acquisition/scan_quality.h"
+#include "acquisition/reference_returns.h"
 #include "fitting/fit_segments.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/paper_json.h"
 #include "render/plot.h"
 #include "station/command_line.h"
+#include "station/sway_report.h"
 
 namespace annulus {
 namespace {
@@ -117,26 +120,6 @@ double ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
 
 namespace {
 
-/// How the levels of a scan are displaced, if that was seen; scans of several stand for each other, so the worst
-/// counts.
-std::optional<SwayErrors> SwayOf(const std::vector<Scan>& scans) {
-  constexpr double kSeen = 0.3;  // mm: less is the noise of the comparison
-  std::optional<SwayErrors> worst;
-  for (const Scan& scan : scans) {
-    const auto motion = MeasureMotion(scan);
-    if (!motion || std::hypot(motion->sigma_x_mm, motion->sigma_y_mm) < kSeen) continue;
-    if (worst && std::hypot(worst->sigma_x, worst->sigma_y) >= std::hypot(motion->sigma_x_mm, motion->sigma_y_mm)) {
-      continue;
-    }
-    worst = SwayErrors{motion->sigma_x_mm, motion->sigma_y_mm, motion->correlation_length_mm};
-  }
-  return worst;
-}
-
-}  // namespace
-
-namespace {
-
 /// What the calibration that a scan was taken with leaves unknown; of several scans the worst counts.
 std::optional<CalibrationErrors> CalibrationErrorsOf(const std::vector<Scan>& scans) {
   std::optional<CalibrationErrors> worst;
@@ -159,13 +142,29 @@ std::optional<CalibrationErrors> CalibrationErrorsOf(const std::vector<Scan>& sc
 
 }  // namespace
 
+namespace {
+
+/// What the sensors at the wall saw, as the estimate of sway takes it.
+std::vector<ReferenceReading> ReadingsFromWall(const Scan& scan) {
+  std::vector<ReferenceReading> readings;
+  for (const ReferenceReturn& one : ReferenceReturns(scan)) {
+    const std::chrono::duration<double> time = one.time - scan.levels.front().time;
+    readings.push_back(
+        {time.count(), one.ray.origin, one.ray.direction, one.range_mm, static_cast<std::uint16_t>(one.sensor)});
+  }
+  return readings;
+}
+
+}  // namespace
+
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
   ScanFit result;
   std::string hashes;
   std::uint16_t first_sweep = 0;
   for (const Scan& scan : scans) {
     std::uint16_t sweeps = 0;
-    for (SurfaceSample& sample : BuildSamples(scan)) {
+    result.sway.push_back(EstimateSway(BuildSamples(scan), ReadingsFromWall(scan), {}));
+    for (SurfaceSample& sample : std::exchange(result.sway.back().corrected, {})) {
       sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(sample.sweep + 1));
       sample.sweep = static_cast<std::uint16_t>(sample.sweep + first_sweep);
       result.samples.push_back(sample);
@@ -176,10 +175,11 @@ Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& optio
   auto fit = FitBody(result.samples, options, context);
   if (!fit) return Fail(fit);
   result.fit = std::move(*fit);
-  if (const auto sway = SwayOf(scans)) {
+  // Scans of several stand for each other, so the worst counts.
+  if (const SwayEstimate* sway = WorstSway(result.sway); sway != nullptr && sway->errors) {
     auto& systematic = result.fit.model.systematic;
     if (!systematic) systematic.emplace();
-    systematic->sway = *sway;
+    systematic->sway = *sway->errors;
   }
   if (auto calibration = CalibrationErrorsOf(scans)) {
     auto& systematic = result.fit.model.systematic;
@@ -244,6 +244,7 @@ Json FitReport(const ScanFit& fit) {
               {"cost_end", s.cost_end},
               {"iterations", s.iterations},
               {"segments", segments},
+              {"sway", SwayReport(fit.sway)},
               {"regions", regions},
               {"edges", EdgesToJson(s.edges)},
               {"foreground", foreground},

@@ -8,13 +8,15 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "fitting/fit_surface.h"
+#include "fitting/sway.h"
 #include "render/image.h"
 
 namespace annulus {
 
-/// A fit with the samples it was made of (FitSummary's indices point into them).
+/// A fit with the samples it was made of (FitSummary's indices point into them), moved back by the sway that was seen.
 struct ScanFit {
   std::vector<SurfaceSample> samples;
+  std::vector<SwayEstimate> sway;  ///< One per scan; their `corrected` are in `samples`.
   FitResult fit;
 };
 

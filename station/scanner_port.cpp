@@ -44,7 +44,8 @@ Status ScannerPort::Arm(const ArmOrder& order) {
   request.header.profile = order.profile;
   request.header.seed = description_.simulated ? config.sim.seed : 0;
   if (!order.search) {
-    if (!description_.simulated && (order.subject_id.empty() || order.consent.empty())) {
+    const bool person = !description_.simulated && !IsTargetProfile(order.profile);
+    if (person && (order.subject_id.empty() || order.consent.empty())) {
       return Fail("arm a scan", "no subject or no consent is named", "give subject_id and consent");
     }
     const auto path = RecordingPath(options_.recordings, order.out);

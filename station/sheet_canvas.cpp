@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 
@@ -189,7 +190,7 @@ void SheetCanvas::TextUpwards(const Eigen::Vector2d& at, const std::string& text
 void SheetCanvas::Cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, const RgbImage& image) {
   const Surface pixels(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
   unsigned char* bytes = cairo_image_surface_get_data(pixels.get());
-  const int stride = cairo_image_surface_get_stride(pixels.get());
+  const std::ptrdiff_t stride = cairo_image_surface_get_stride(pixels.get());
   for (int y = 0; y < image.height; ++y) {
     auto* row = reinterpret_cast<std::uint32_t*>(bytes + y * stride);
     for (int x = 0; x < image.width; ++x) {
@@ -258,7 +259,7 @@ Result<RgbImage> SheetCanvas::FinishPicture() {
   RETURN_IF_ERROR(state_->Check("make a picture"));
   const std::array<float, 256> linear = LinearBytes();
   const unsigned char* bytes = cairo_image_surface_get_data(state_->surface.get());
-  const int stride = cairo_image_surface_get_stride(state_->surface.get());
+  const std::ptrdiff_t stride = cairo_image_surface_get_stride(state_->surface.get());
   RgbImage image = RgbImage::Filled(cairo_image_surface_get_width(state_->surface.get()),
                                     cairo_image_surface_get_height(state_->surface.get()), LinearRgb::Zero());
   for (int y = 0; y < image.height; ++y) {

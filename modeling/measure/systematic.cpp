@@ -30,6 +30,9 @@ struct Sensitivity {
   std::vector<double> row_z;   ///< Heights of the rows of coefficients that matter, mm.
   std::vector<double> x;       ///< By a displacement along x of each of these rows.
   std::vector<double> y;       ///< By a displacement along y.
+  std::vector<double> lean_x;  ///< By a lean along x, per rad: what lies in front of the axis goes down.
+  std::vector<double> lean_y;
+  std::vector<double> yaw;  ///< By a turn about the ring's axis, per rad.
 };
 
 Sensitivity Gather(const SplineSurface& surface, const Gradient& gradient) {
@@ -45,8 +48,7 @@ Sensitivity Gather(const SplineSurface& surface, const Gradient& gradient) {
     const double z = heights[row];
     if (row != last_row) {
       s.row_z.push_back(z);
-      s.x.push_back(0.0);
-      s.y.push_back(0.0);
+      for (std::vector<double>* by : {&s.x, &s.y, &s.lean_x, &s.lean_y, &s.yaw}) by->push_back(0.0);
       last_row = row;
     }
     const RadiusJet jet = surface.Jet(theta, z);
@@ -57,6 +59,9 @@ Sensitivity Gather(const SplineSurface& surface, const Gradient& gradient) {
     const double slope = jet.r > 0.0 ? jet.r_theta / jet.r : 0.0;  // on the axis a level has no tangential direction
     s.x.back() += by_c * (std::cos(theta) + slope * std::sin(theta));
     s.y.back() += by_c * (std::sin(theta) - slope * std::cos(theta));
+    s.lean_x.back() += by_c * jet.r_z * jet.r * std::cos(theta);
+    s.lean_y.back() += by_c * jet.r_z * jet.r * std::sin(theta);
+    s.yaw.back() -= by_c * jet.r_theta;
   }
   return s;
 }
@@ -91,7 +96,29 @@ double CalibrationVariance(const CalibrationErrors& errors, const Sensitivity& s
   return by.dot(errors.offset_covariance * by) + scale * scale + offset * offset;
 }
 
+/// By the displacements at the sway's heights, in the order of its covariance: linear between two heights.
+double FullSwayVariance(const SwayErrors& sway, const Sensitivity& s) {
+  constexpr double kLowest = 100.0;  // mm: below it a section hardly moves, and its lean is not d/z
+  const auto n = static_cast<Eigen::Index>(sway.heights.size());
+  Eigen::VectorXd by = Eigen::VectorXd::Zero(3 * n);
+  for (std::size_t row = 0; row < s.row_z.size(); ++row) {
+    const double z = s.row_z[row];
+    const auto above = std::upper_bound(sway.heights.begin() + 1, sway.heights.end() - 1, z);
+    const double low = *(above - 1);
+    const double share = std::clamp((z - low) / (*above - low), 0.0, 1.0);
+    const Eigen::Index k = (above - sway.heights.begin()) - 1;
+    const double lean = 1.0 / std::max(z, kLowest);
+    const Eigen::Vector3d motion(s.x[row] + lean * s.lean_x[row], s.y[row] + lean * s.lean_y[row], s.yaw[row]);
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      by[a * n + k] += (1.0 - share) * motion[a];
+      by[a * n + k + 1] += share * motion[a];
+    }
+  }
+  return by.dot(sway.covariance * by);
+}
+
 double SwayVariance(const SwayErrors& sway, const Sensitivity& s) {
+  if (sway.full()) return FullSwayVariance(sway, s);
   double x = 0.0;
   double y = 0.0;
   for (std::size_t a = 0; a < s.row_z.size(); ++a) {

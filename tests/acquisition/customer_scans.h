@@ -49,8 +49,8 @@ inline Customer MakeCustomer(std::uint64_t seed, Dress dress = Dress::kBare) {
   return customer;
 }
 
-/// A customer's scan by the body profile: four sweeps, noise, dropouts, outliers; the spot is a mathematical ray (a fifth
-/// of the time). `ring` is both true and known.
+/// A customer's scan by the body profile: four sweeps, noise, dropouts, outliers; the spot is a mathematical ray (a
+/// fifth of the time). `ring` is both true and known.
 inline Scan CustomerScan(std::uint64_t seed, const RingCalibration& ring = RingCalibration::Ideal(600.0),
                          Dress dress = Dress::kBare) {
   const Customer customer = MakeCustomer(seed, dress);
@@ -59,6 +59,23 @@ inline Scan CustomerScan(std::uint64_t seed, const RingCalibration& ring = RingC
   Scan scan = sim::SimulateScan(*customer.subject, customer.plan, beam, seed, ring);
   scan.header.wall_start_ns = static_cast<std::int64_t>(seed) * 600'000'000'000;
   return scan;
+}
+
+/// A ring as it is built, known as after a calibration: offsets 1 mm, scale 0.2 %, aim 0.5 degrees, places 0.5 mm.
+inline RingCalibration CrookedRing(std::uint64_t seed) {
+  RingCalibration ring = RingCalibration::Ideal(600.0);
+  std::mt19937_64 random(sim::MixSeed(seed, 12));
+  std::normal_distribution<double> gaussian;
+  for (SensorCalibration& sensor : ring.sensors) {
+    sensor.range_offset_mm = gaussian(random);
+    sensor.range_scale = 1.0 + 0.002 * gaussian(random);
+    sensor.aim_lateral = RadiansFromDegrees(0.5 * gaussian(random));
+    sensor.aim_vertical = RadiansFromDegrees(0.5 * gaussian(random));
+    sensor.height_mm = 0.5 * gaussian(random);
+    sensor.radius_mm += 0.5 * gaussian(random);
+    sensor.theta += 0.5 / 600.0 * gaussian(random);
+  }
+  return ring;
 }
 
 /// From `start_s` on a sensor reads longer: at once by `offset_mm`, and by `speed_mm_s` more with every second.

@@ -22,7 +22,7 @@ SurfaceModel Model() {
   SurfaceModel model;
   model.segments.push_back({"body", {theta, z, Eigen::VectorXd::Constant(25, 80.0)}, {5, 3, 0.0, 20.0}, {}, {}, {}});
   model.systematic = SystematicErrors{CalibrationErrors{OffsetCovariance(6, 0.1, 0.3), 1e-4 / 3.0, 0.7},
-                                      SwayErrors{2.7 / 3.0, 4.4, 120.0}};
+                                      SwayErrors{2.7 / 3.0, 4.4, 120.0, {}, {}}};
   return model;
 }
 
@@ -47,6 +47,43 @@ TEST(SystematicJson, ReadsBackToTheSameBits) {
   EXPECT_EQ(again->systematic->sway->sigma_y, 4.4);
   EXPECT_EQ(again->systematic->sway->correlation_length, 120.0);
   EXPECT_EQ(ModelToJson(*again), text);
+}
+
+/// The same with the full form of a sway: three heights, a covariance of rank two.
+SurfaceModel FullModel() {
+  SurfaceModel model = Model();
+  model.systematic->sway->heights = {0.0, 10.0 / 3.0, 20.0};
+  Eigen::MatrixXd root(9, 2);
+  for (Eigen::Index k = 0; k < 9; ++k)
+    root.row(k) << 1.0 / (1.0 + static_cast<double>(k)), 0.1 * static_cast<double>(k);
+  const Eigen::MatrixXd covariance = root * root.transpose();
+  model.systematic->sway->covariance = 0.5 * (covariance + covariance.transpose());
+  return model;
+}
+
+TEST(SystematicJson, ReadsAFullSwayBackToTheSameBits) {
+  const SurfaceModel model = FullModel();
+  const std::string text = ModelToJson(model);
+  const auto again = ModelFromJson(text, "m.json");
+  ASSERT_TRUE(again) << again.error().Text();
+  ASSERT_TRUE(again->systematic && again->systematic->sway && again->systematic->sway->full());
+  EXPECT_EQ(again->systematic->sway->heights, model.systematic->sway->heights);
+  EXPECT_EQ(again->systematic->sway->covariance, model.systematic->sway->covariance);
+  EXPECT_EQ(ModelToJson(*again), text);
+}
+
+TEST(SystematicJson, RefusesAFullSwayThatIsWrongByName) {
+  const auto seen = [](const char* key, const Json& value) {
+    Json json = Json::parse(ModelToJson(FullModel()));
+    json["sway"][key] = value;
+    const auto model = ModelFromJson(json.dump(), "m.json");
+    return model ? std::string("accepted") : model.error().seen;
+  };
+  EXPECT_THAT(seen("heights_mm", Json{1.0, 2.0}), HasSubstr("does not hold 21 entries"));
+  EXPECT_THAT(seen("heights_mm", Json{1.0}), HasSubstr("1 entries"));
+  EXPECT_THAT(seen("heights_mm", Json{1.0, 3.0, 2.0}), HasSubstr("do not ascend"));
+  EXPECT_THAT(seen("heights_mm", 7), HasSubstr("heights_mm"));
+  EXPECT_THAT(seen("covariance", "AAAA"), HasSubstr("does not hold 45 entries"));
 }
 
 TEST(SystematicJson, WritesNullForWhatIsNotKnownAndTakesAnAbsentKeyForNull) {

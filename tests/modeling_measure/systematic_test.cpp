@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "modeling/measure/section.h"
 #include "modeling/measure/slab.h"
@@ -26,7 +29,7 @@ SurfaceModel Cylinder(std::size_t theta_count = 180) {
 SystematicErrors Offsets(const Eigen::MatrixXd& covariance) { return {CalibrationErrors{covariance, 0.0, 0.0}, {}}; }
 
 SystematicErrors Sways(double sigma_x, double sigma_y, double length) {
-  return {{}, SwayErrors{sigma_x, sigma_y, length}};
+  return {{}, SwayErrors{sigma_x, sigma_y, length, {}, {}}};
 }
 
 MeasuredSurface Measured(const SurfaceModel& model) {
@@ -171,10 +174,66 @@ TEST(Systematic, SwayLengthensASlantingMeridian) {
   EXPECT_NEAR(SigmasFrom(Sways(4.0, 0.0, 20.0), body, *length).sway, expected, 0.06 * expected);
 }
 
+/// The full form with one kind of displacement: 0 along x, 1 along y (mm), 2 yaw (rad), sd `sigma` at all heights,
+/// correlated along z as the parametric form is.
+SystematicErrors FullSways(Eigen::Index axis, double sigma, double length) {
+  SwayErrors sway{sigma, sigma, length, {}, {}};
+  for (double z = 0.0; z <= 400.0; z += 10.0) sway.heights.push_back(z);
+  const auto n = static_cast<Eigen::Index>(sway.heights.size());
+  sway.covariance = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double distance = 10.0 * static_cast<double>(i - j) / length;
+      sway.covariance(axis * n + i, axis * n + j) = sigma * sigma * std::exp(-0.5 * distance * distance);
+    }
+  }
+  return {{}, sway};
+}
+
+TEST(Systematic, TheFullSwayOfACylinderIsThatOfTheParameters) {
+  // A cylinder has no r_z, so that a lean shows as a displacement only.
+  const SurfaceModel model = Cylinder(360);
+  const MeasuredSurface body = Measured(model);
+  const Estimate depth = Combine(1.0, RadiusEstimate(body.surface(), 0.5 * kPi, 150.0), -1.0,
+                                 RadiusEstimate(body.surface(), 0.5 * kPi, 250.0));
+  const double expected = 4.0 * std::sqrt(2.0 * (1.0 - std::exp(-0.5 * 100.0 * 100.0 / (150.0 * 150.0))));
+  EXPECT_NEAR(SigmasFrom(FullSways(1, 4.0, 150.0), body, depth).sway, expected, 2e-3 * expected);
+  EXPECT_NEAR(SigmasFrom(FullSways(0, 4.0, 150.0), body, depth).sway, 0.0, 1e-3);
+  EXPECT_NEAR(SigmasFrom(FullSways(2, 0.1, 150.0), body, depth).sway, 0.0, 1e-3);
+}
+
+TEST(Systematic, AFullSwayTurnsAndLeans) {
+  // Yaw: -r_theta per rad; at theta = 0 of 100 + 10 sin 2θ it is -20 mm/rad.
+  const SurfaceModel bumpy =
+      InterpolatedBody([](double theta, double) { return 100.0 + 10.0 * std::sin(2.0 * theta); }, 360, kBreaks);
+  const MeasuredSurface turned = Measured(bumpy);
+  EXPECT_NEAR(SigmasFrom(FullSways(2, 0.01, 1e6), turned, RadiusEstimate(turned.surface(), 0.0, 200.0)).sway, 0.2,
+              1e-3);
+  // A cone of slope -0.25, 90 mm wide at z = 240: displaced by d it leans by d/240, and what lies outside goes down by
+  // 90·d/240: r changes by d·(1 - 0.25·90/240).
+  const SurfaceModel cone = InterpolatedBody([](double, double z) { return 150.0 - 0.25 * z; }, 360, kBreaks);
+  const MeasuredSurface leaning = Measured(cone);
+  const double expected = 2.0 * (1.0 - 0.25 * 90.0 / 240.0);
+  EXPECT_NEAR(SigmasFrom(FullSways(0, 2.0, 1e6), leaning, RadiusEstimate(leaning.surface(), 0.0, 240.0)).sway, expected,
+              5e-3);
+}
+
+TEST(Systematic, ACommonTranslationOfAllSectionsLeavesGirthsAndLengths) {
+  // All sections alike, as where a person stands a little elsewhere; the lean that goes with it is small.
+  const SurfaceModel model = InterpolatedBody([](double, double z) { return 150.0 - 0.05 * z; }, 360, kBreaks);
+  const MeasuredSurface body = Measured(model);
+  const auto section = SectionAt(body, 300.0);
+  const auto length = MeridianLength(body, 0.0, 200.0, 350.0);
+  ASSERT_TRUE(section && length);
+  EXPECT_LT(SigmasFrom(FullSways(0, 3.0, 1e6), body, section->perimeter).sway, 0.02);
+  EXPECT_LT(SigmasFrom(FullSways(0, 3.0, 1e6), body, *length).sway, 0.02);
+}
+
 TEST(Systematic, AnExactNumberAndUnknownErrorsHaveNoSigma) {
   const SurfaceModel model = Cylinder();
   const MeasuredSurface body = Measured(model);
-  const SystematicErrors all{CalibrationErrors{OffsetCovariance(180, 1.0, 1.0), 0.1, 1.0}, SwayErrors{1, 1, 50}};
+  const SystematicErrors all{CalibrationErrors{OffsetCovariance(180, 1.0, 1.0), 0.1, 1.0},
+                             SwayErrors{1, 1, 50, {}, {}}};
   EXPECT_EQ(SigmasFrom(all, body, Estimate{3.0, {}}).calibration, 0.0);
   EXPECT_EQ(SigmasFrom(all, body, Estimate{3.0, {}}).sway, 0.0);
   const Estimate radius = RadiusEstimate(body.surface(), 0.0, 200.0);
@@ -219,6 +278,31 @@ TEST(SystematicErrors, OfAnotherSizeOrSignAreRefusedByName) {
   EXPECT_THAT(seen(Sways(-1.0, 0.0, 1.0)), HasSubstr("sway"));
   EXPECT_THAT(seen(Sways(0.0, nan, 1.0)), HasSubstr("sway"));
   EXPECT_THAT(seen(Sways(1.0, 1.0, 0.0)), HasSubstr("correlation length"));
+}
+
+TEST(SystematicErrors, OfAFullSwayAreRefusedByName) {
+  const auto seen = [](const std::function<void(SwayErrors&)>& change) {
+    SystematicErrors errors = FullSways(0, 2.0, 100.0);
+    change(*errors.sway);
+    const Status status = CheckSystematicErrors(errors);
+    return status ? std::string("passed") : status.error().seen;
+  };
+  EXPECT_EQ(seen([](SwayErrors&) {}), "passed");
+  EXPECT_THAT(seen([](SwayErrors& s) { s.heights.clear(); }), HasSubstr("no heights"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.heights.resize(1); }), HasSubstr("1 heights"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.heights.pop_back(); }), HasSubstr("for 40 heights"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.heights[1] = s.heights[0]; }), HasSubstr("do not ascend"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.covariance(2, 1) += 0.1; }), HasSubstr("not symmetric"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.covariance(1, 1) = -1.0; }), HasSubstr("displacement 1 is negative"));
+  EXPECT_THAT(seen([](SwayErrors& s) { s.covariance(0, 1) = s.covariance(1, 0) = 9.0; }),
+              HasSubstr("not positive semi-definite"));
+  // A turn is small in rad², and its covariance is checked all the same.
+  EXPECT_THAT(seen([](SwayErrors& s) {
+                const Eigen::Index yaw = s.covariance.rows() - 2;
+                s.covariance(yaw, yaw) = s.covariance(yaw + 1, yaw + 1) = 1e-8;
+                s.covariance(yaw, yaw + 1) = s.covariance(yaw + 1, yaw) = 2e-8;
+              }),
+              HasSubstr("not positive semi-definite"));
 }
 
 }  // namespace

@@ -39,8 +39,8 @@ inline std::vector<ScanLevel> EmptyLevels(const ScanPlan& plan, double turn_s = 
 
 inline constexpr double kSimulatedRingMm = 600.0;
 
-/// A scan as a ring of 180 sensors takes it, without bus, axis and clocks: much faster than a booth. `ring` is both true
-/// and known.
+/// A scan as a ring of 180 sensors takes it, without bus, axis and clocks: much faster than a booth. `ring` is both
+/// true and known.
 inline Scan SimulateScan(const Subject& subject, const ScanPlan& plan, const BeamOptions& options, std::uint64_t seed,
                          const RingCalibration& ring = RingCalibration::Ideal(kSimulatedRingMm)) {
   Scan scan;

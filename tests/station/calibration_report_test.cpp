@@ -47,7 +47,7 @@ bool Installed(const std::string& program) { return Execute("command -v " + prog
 
 /// Writes into the build folder, where the files stay to be looked at.
 std::string Written(const std::string& name, const CalibrationReport& report) {
-  const std::string folder = std::string(ANNULUS_BINARY_DIR) + "/calibration_report/" + name;
+  std::string folder = std::string(ANNULUS_BINARY_DIR) + "/calibration_report/" + name;
   PosixStorage storage;
   const Status status = WriteCalibrationReport(storage, folder, report);
   if (!status) throw std::runtime_error(status.error().Text());
@@ -97,6 +97,15 @@ TEST(CalibrationVerdict, AsFoundIsWhatTheOldCalibrationHadWrong) {
   EXPECT_NEAR(found.vertical_rad[90], 0.0, 5e-5);
 }
 
+TEST(CalibrationVerdict, ComparesAtTheTemperatureOfTheNewOne) {
+  RingCalibration before = RingCalibration::Ideal(600.0);
+  before.range_mm_per_c = 0.05;
+  RingCalibration left = before;
+  left.reference_c = 26.0;
+  for (SensorCalibration& sensor : left.sensors) sensor.range_offset_mm = 0.3;  // what six degrees make
+  EXPECT_NEAR(AsFoundOf(before, left).common_mm, 0.0, 1e-9);
+}
+
 TEST(CalibrationVerdict, AShiftAndATurnOfTheRingAreNoErrors) {
   RingCalibration before = RingCalibration::Ideal(600.0);
   before.pose.x_mm = 3.0;
@@ -115,7 +124,8 @@ TEST(CalibrationVerdict, TheSolversOwnCorrectionsSayTheSameAsFound) {
   report.as_found.reset();  // then out of the corrections of the ideal ring that the solve began with
   const SensorErrors by_corrections = SensorErrorsOf(report);
   for (std::size_t i = 0; i < 180; ++i) {
-    EXPECT_NEAR(by_corrections.before_mm[i], by_points.before_mm[i], 0.03) << i;
+    // Corrections are of first order: an aim of 1.5 degrees shortens 450 mm by 0.15 mm.
+    EXPECT_NEAR(by_corrections.before_mm[i], by_points.before_mm[i], 0.2) << i;
     EXPECT_NEAR(by_corrections.lateral_deg[i], by_points.lateral_deg[i], 0.01) << i;
   }
 }
@@ -167,6 +177,28 @@ TEST(CalibrationVerdict, EachLimitAloneFailsTheCalibration) {
   EXPECT_TRUE(fails_with([](CalibrationReport& r) { r.solution.budget.back().girth_mm = kInfinity - kInfinity; }));
 }
 
+TEST(CalibrationVerdict, WhatIsLeftComesFromTheCovariances) {
+  CalibrationReport report = SampleReport();
+  RingSolution& solution = report.solution;
+  solution.common_sigma_mm.setConstant(0.02);
+  solution.common_sigma_mm[6] = 0.05;
+  solution.sensor_sigma_mm.setConstant(0.1);
+  for (auto& covariance : solution.sensor_covariance) {
+    covariance.setZero();
+    covariance(sensor_unknown::kTangential, sensor_unknown::kTangential) = 0.09;  // mm^2
+    covariance(sensor_unknown::kLateral, sensor_unknown::kLateral) = 0.16;
+    covariance(sensor_unknown::kHeight, sensor_unknown::kHeight) = 1.0;
+    covariance(sensor_unknown::kVertical, sensor_unknown::kVertical) = 1.0;
+    covariance(sensor_unknown::kHeight, sensor_unknown::kVertical) = -0.5;  // a beam that is known half-way
+    covariance(sensor_unknown::kVertical, sensor_unknown::kHeight) = -0.5;
+  }
+  const auto lines = JudgeCalibration(report);
+  EXPECT_NEAR(*LineOf(lines, "Radial error common").left, 1.96 * 0.05, 1e-4);
+  EXPECT_NEAR(*LineOf(lines, "Radial error of single").left, 0.1, 1e-9);
+  EXPECT_NEAR(*LineOf(lines, "Sideways").left, 0.5 / 450.0 * 180.0 / 3.14159265, 1e-6);  // sqrt(0.09 + 0.16) mm
+  EXPECT_NEAR(*LineOf(lines, "Error of the beams in height").left, 1.0 / 450.0 * 180.0 / 3.14159265, 1e-6);
+}
+
 TEST(CalibrationVerdict, WithoutASecondArtefactItPassesUnverified) {
   CalibrationReport report = SampleReport();
   report.verification.reset();
@@ -198,9 +230,19 @@ TEST(CalibrationReport, HasEverySectionOnScreen) {
   const std::string html = CalibrationReportHtml(SampleReport());
   for (const std::string& section : Sections()) EXPECT_THAT(html, HasSubstr("<h2>" + section)) << section;
   for (const char* words : {"PASS", "Traceable to the certificates 2026-0417", "floor", "M. Sato", "2026-08-30",
-                            "AR-0042", "C100-02", "21.6 °C", "z scale", "Scan a step gauge", "this one"}) {
+                            "AR-0042", "C100-02", "21.6 °C", "Z scale", "this one"}) {
     EXPECT_THAT(html, HasSubstr(words));
   }
+}
+
+TEST(CalibrationReport, CallsUTheFloorAndSaysWhatItIsOfAGirth) {
+  // 2 pi 0.020 mm, and 2 U / r of the area of a circle of 900 mm.
+  EXPECT_THAT(CalibrationReportHtml(SampleReport()),
+              testing::AllOf(HasSubstr("is the floor of the error common to all sensors"),
+                             HasSubstr("U = 0.020 mm (k = 2) is 0.13 mm of every girth (2π·U) and 0.028 % of volume")));
+  CalibrationReport report = SampleReport();
+  for (ReportTarget& target : report.targets) target.target.expanded_u_mm = 0.0;
+  EXPECT_THAT(CalibrationReportHtml(report), HasSubstr("No uncertainty was entered for the targets"));
 }
 
 TEST(CalibrationReport, SaysWithoutACertificateThatItIsNotTraceable) {
@@ -248,9 +290,52 @@ TEST(CalibrationReport, DoesNotSayHowLongTheSolveTook) {
   EXPECT_EQ(CalibrationReportHtml(report), before);
 }
 
-TEST(CalibrationReport, WritesItsFilesOrNone) {
+/// What goes wrong all at once.
+CalibrationReport BadReport() {
+  CalibrationReport report = SampleReport();
+  report.as_found.reset();
+  report.verification.reset();
+  report.ambient_c.reset();
+  report.history.clear();
+  report.technician.clear();
+  report.limits.girth_mm = 0.05;
+  for (ReportTarget& target : report.targets) target.target.certificate_number.clear();
+  report.solution.findings = {
+      {CalibrationFinding::Grade::kFailure, "target_moved", "placement 3: two sweeps saw the target 0.42 mm apart",
+       "the target moved or was touched while it was scanned: the errors of all sensors take part of that; scan this "
+       "placement again and leave the target alone"},
+      {CalibrationFinding::Grade::kWarning, "few_placements",
+       "2 placements stood more than 50 mm off the centre and 1 were tilted by more than 3 degrees",
+       "sideways and vertical aims rest on few readings; add placements off the centre and tilted in other directions"},
+      {CalibrationFinding::Grade::kNote, "one_radius", "only one target's radius was used",
+       "a wrong radius would go into all girths unseen (0.1 mm is 0.6 mm of girth); verify with a second target"}};
+  for (Observability& entry : report.solution.observability) {
+    if (entry.name != "z scale" && entry.name != "offset against radial position") continue;
+    entry.observable = false;
+    entry.consequence =
+        "No target had edges at known heights: heights and volumes keep the drive's own scale. Scan a step gauge to "
+        "know "
+        "it.";
+  }
+  for (std::size_t i = 0; i < 180; ++i) {
+    if (i < 30 || i >= 45) report.solution.sensor_covariance[i].setZero();
+  }
+  return report;
+}
+
+TEST(CalibrationReport, SaysWhatWentWrong) {
+  const std::string html = CalibrationReportHtml(BadReport());
+  for (const char* words : {"<b>FAIL</b>", "must not be used", "Girth of 900 mm; Findings of grade failure",
+                            "0.42 mm apart.", "failure", "Not verified", "not entered", "nothing that is known of",
+                            "Scan a step gauge to know it.", "Left as they were: 0–29, 45–179."}) {
+    EXPECT_THAT(html, HasSubstr(words));
+  }
+}
+
+TEST(CalibrationReport, WritesEachFileWholeOrNotAtAll) {
+  const CalibrationReport report = SampleReport();
   test::TestStorage storage;
-  ASSERT_TRUE(WriteCalibrationReport(storage, "cal", SampleReport()));
+  ASSERT_TRUE(WriteCalibrationReport(storage, "cal", report));
   for (const char* name :
        {"cal/report.html", "cal/report.pdf", "cal/plots/radial_errors.png", "cal/plots/aim_errors.png",
         "cal/plots/residual_maps.png", "cal/plots/placement_residuals.png", "cal/plots/straightness.png",
@@ -258,12 +343,20 @@ TEST(CalibrationReport, WritesItsFilesOrNone) {
     EXPECT_TRUE(storage.files.contains(name)) << name;
   }
   EXPECT_EQ(storage.files.size(), 10U);
+  for (const std::uint64_t call : {std::uint64_t{3}, storage.calls() - 2}) {
+    test::TestStorage faulty;
+    faulty.FailCall(call, test::StorageFault::kShortWrite);
+    EXPECT_FALSE(WriteCalibrationReport(faulty, "cal", report));
+    for (const auto& [name, bytes] : faulty.files) EXPECT_EQ(bytes, storage.files[name]) << name;
+  }
 }
 
 TEST(CalibrationReport, IsWellFormed) {
   if (!Installed("xmllint")) GTEST_SKIP() << "xmllint is not installed: apt-get install libxml2-utils";
-  const Printed checked = Execute("xmllint --noout '" + Written("full", SampleReport()) + "/report.html'");
-  EXPECT_TRUE(checked.succeeded) << checked.text;
+  for (const auto& folder : {Written("full", SampleReport()), Written("bad", BadReport())}) {
+    const Printed checked = Execute("xmllint --noout '" + folder + "/report.html'");
+    EXPECT_TRUE(checked.succeeded) << checked.text;
+  }
 }
 
 TEST(CalibrationReport, HasTheSameSectionsOnPaper) {
@@ -284,14 +377,6 @@ TEST(CalibrationReport, OfASolutionWithNothingInItStillHasItsPages) {
   EXPECT_THAT(html, HasSubstr("Not traceable: no target was scanned"));
   const auto pdf = CalibrationReportPdf(report);
   EXPECT_TRUE(pdf) << pdf.error().Text();
-}
-
-TEST(CalibrationReport, OfOneBoardNamesTheSensorsThatWereLeftAlone) {
-  CalibrationReport report = SampleReport();
-  for (std::size_t i = 0; i < 180; ++i) {
-    if (i < 30 || i >= 45) report.solution.sensor_covariance[i].setZero();
-  }
-  EXPECT_THAT(CalibrationReportHtml(report), HasSubstr("Left as they were: 0–29, 45–179."));
 }
 
 TEST(CalibrationPlots, ShowPlacementsWhileMoreAreToCome) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stdexcept>
 #include <vector>
 
 #include "station/calibration_report.h"
@@ -24,6 +25,7 @@ inline const RingSolution& SampleSolution() {
     std::vector<TargetScan> scans;
     for (std::size_t k = 0; k < plan.size(); ++k) {
       scans.push_back(ScanTarget(truth, rig[plan[k].target], plan[k], k, options, kSeed));
+      scans.back().ring_c = 18.0 + static_cast<double>(k);  // which the ring does not mind: that is known then
     }
     auto solved = CalibrateRing(RingCalibration::Ideal(600.0), {rig[0].target, rig[1].target}, scans, {}, {});
     if (!solved) throw std::runtime_error(solved.error().Text());

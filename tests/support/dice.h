@@ -19,6 +19,8 @@ class Dice {
   }
   /// 0 … n - 1, n > 0. The bias of the remainder is below n / 2^64.
   std::uint64_t Below(std::uint64_t n) { return Next() % n; }
+  /// Uniform in [low, high).
+  double Between(double low, double high) { return low + (high - low) * static_cast<double>(Next() >> 11U) * 0x1p-53; }
 
  private:
   std::uint64_t state_;
