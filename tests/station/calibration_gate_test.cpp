@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "acquisition/reference_record.h"
 #include "tests/support/test_storage.h"
 
 namespace annulus {
@@ -46,14 +50,17 @@ class CalibrationGateTest : public testing::Test {
     gate.UseClock(clock_);
     ArmRequest request;
     request.plan.profile = profile;
+    request.plan.of_target = profile == "check" || IsTargetProfile(profile);
     request.header.profile = profile;
     request.header.calibration = calibration;
     const GateAnswer answer = gate.Ask(request, machine_);
     EXPECT_TRUE(answer.customer && answer.consent && answer.store) << "those are for others";
+    reference_ = answer.reference;
     return answer.calibration;
   }
 
   Config config_ = SimulatedConfig();
+  Status reference_;  ///< What it said of the reference check.
   CalibrationFile file_;
   RecordedMachine machine_;
   test::TestStorage storage_;
@@ -143,6 +150,78 @@ TEST_F(CalibrationGateTest, TargetsAreScannedByTheIdealRingWhateverTheFileIs) {
   }
   EXPECT_FALSE(IsTargetProfile("body"));
   EXPECT_FALSE(Ask("body"));
+}
+
+/// A reference check of this ring and calibration that passed an hour ago.
+class ReferenceGateTest : public CalibrationGateTest {
+ protected:
+  void SetUp() override {
+    CalibrationGateTest::SetUp();
+    config_.calibration.reference_check = "check.json";
+    record_.ring_serial = file_.calibration.ring_serial;
+    record_.calibration = file_.calibration.certificate;
+    record_.wall_start_ns = clock_.WallNow().count();
+    record_.passed = true;
+    record_.sensors.resize(180);
+    clock_.SleepUntil(std::chrono::hours(1));
+  }
+  Status AskReference(const std::string& profile = "body") {
+    const std::string text = JsonFromReference(record_).dump();
+    const auto bytes = std::as_bytes(std::span(text));
+    storage_.files["check.json"] = {bytes.begin(), bytes.end()};
+    const Status calibration = Ask(profile);
+    EXPECT_TRUE(calibration) << calibration.error().Text();
+    return reference_;
+  }
+  ReferenceRecord record_;
+};
+
+TEST_F(ReferenceGateTest, LetsAGoodAndFreshCheckPass) {
+  const Status passed = AskReference();
+  EXPECT_TRUE(passed) << passed.error().Text();
+}
+
+TEST_F(ReferenceGateTest, RefusesACheckThatIsMissingOrDamaged) {
+  ASSERT_TRUE(Ask());
+  ASSERT_FALSE(reference_);
+  EXPECT_THAT(reference_.error().Text(), HasSubstr("there is no reference check of the ring"));
+  EXPECT_THAT(reference_.error().advice, HasSubstr("annulus check"));
+  storage_.files["check.json"] = {std::byte{'{'}};
+  ASSERT_TRUE(Ask());
+  EXPECT_THAT(reference_.error().Text(), HasSubstr("check.json"));
+}
+
+TEST_F(ReferenceGateTest, RefusesACheckThatFailedAndSaysWhy) {
+  record_.passed = false;
+  record_.findings = {"all sensors together read 0.43 mm too long"};
+  record_.advice = {"calibrate the ring"};
+  const Status failed = AskReference();
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().seen, "all sensors together read 0.43 mm too long");
+  EXPECT_EQ(failed.error().advice, "calibrate the ring");
+}
+
+TEST_F(ReferenceGateTest, RefusesACheckThatIsTooOldOrOfAnotherCalibration) {
+  config_.calibration.reference_hours = 12.0;
+  clock_.SleepUntil(std::chrono::hours(12));
+  EXPECT_TRUE(AskReference());
+  clock_.SleepUntil(std::chrono::hours(13));
+  EXPECT_THAT(AskReference().error().seen, HasSubstr("hours old"));
+  config_.calibration.reference_hours = 24.0;
+  record_.calibration = "sha256:before";
+  EXPECT_THAT(AskReference().error().seen, HasSubstr("calibrated since"));
+  record_.calibration = file_.calibration.certificate;
+  record_.ring_serial = "ring-other";
+  EXPECT_THAT(AskReference().error().seen, HasSubstr("ring-other"));
+}
+
+TEST_F(ReferenceGateTest, ACheckIsScannedWithoutACheck) {
+  for (const char* profile : {"check", "target"}) {
+    ASSERT_TRUE(Ask(profile));
+    EXPECT_TRUE(reference_) << profile;
+  }
+  EXPECT_EQ(CalibrationInForce(config_, "check", storage_)->certificate, file_.calibration.certificate)
+      << "it is the calibration that is checked";
 }
 
 }  // namespace

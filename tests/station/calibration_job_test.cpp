@@ -47,13 +47,13 @@ verify = true
 }
 
 /// A guided run with what was said.
-struct Run {
+struct GuidedRun {
   Result<GuidedScans> scans = tl::unexpected(Error{});
   std::vector<std::string> said;
 };
 
-Run Guide(const CalibrationPlan& plan, PlacementTaker& taker) {
-  Run run;
+GuidedRun Guide(const CalibrationPlan& plan, PlacementTaker& taker) {
+  GuidedRun run;
   const CalibrationGuide guide(plan, RingCalibration::Ideal(600.0));
   const auto say = [&](const std::string& line) -> Status {
     run.said.push_back(line);
@@ -63,7 +63,7 @@ Run Guide(const CalibrationPlan& plan, PlacementTaker& taker) {
   return run;
 }
 
-Run Guide(const CalibrationPlan& plan, const Config& config) {
+GuidedRun Guide(const CalibrationPlan& plan, const Config& config) {
   test::TestStorage storage;
   BoothPlacements booth(config, storage, nullptr);
   return Guide(plan, booth);
@@ -78,7 +78,7 @@ CalibrationJob JobOf(const CalibrationPlan& plan, const GuidedScans& taken) {
 
 /// The first calibration of the booth's ring. Taken and solved once.
 struct Calibrated {
-  Run run;
+  GuidedRun run;
   CalibrationJob job;
   CalibrationOutcome outcome;
 };
@@ -105,7 +105,7 @@ CalibrationFile Written(CalibrationFile file) {
 }
 
 TEST(GuidedCalibration, SaysWhatToDoHowItWentAndHowWellTheRingIsKnown) {
-  const Run& run = First().run;
+  const GuidedRun& run = First().run;
   EXPECT_EQ(run.scans->scans.size(), 9U);
   EXPECT_EQ(run.scans->files.front(), "folder/placement-1.mcap");
   EXPECT_THAT(run.said.front(), HasSubstr("placement 1 of 9: stand the cylinder of 150 mm radius (C-150)"));
@@ -121,7 +121,7 @@ TEST(GuidedCalibration, TakesTenMinutesAtMostWithTheBuiltInProfile) {
   config.profiles.clear();
   CalibrationPlan plan = ThreeCylinders();
   plan.placements.resize(1);  // they all take the same time
-  const Run run = Guide(plan, config);
+  const GuidedRun run = Guide(plan, config);
   ASSERT_TRUE(run.scans) << run.scans.error().Text();
   EXPECT_LT(run.scans->seconds, CalibrationGuide::kStepBudget);
   EXPECT_LT(9.0 * run.scans->seconds, 600.0 - 10.0) << "and ten seconds to solve";
@@ -162,7 +162,7 @@ TEST(GuidedCalibration, HasAPlacementWhoseTargetMovedScannedAgain) {
   CalibrationPlan plan = ThreeCylinders();
   plan.placements.resize(1);
   PushedPlacements taker(1);
-  const Run run = Guide(plan, taker);
+  const GuidedRun run = Guide(plan, taker);
   ASSERT_TRUE(run.scans) << run.scans.error().Text();
   EXPECT_EQ(taker.taken, 2);
   EXPECT_THAT(run.said, Contains(HasSubstr("leave it alone and scan again")));
@@ -174,7 +174,7 @@ TEST(GuidedCalibration, GivesUpAfterThreeTriesAndNamesThePlacement) {
   CalibrationPlan plan = ThreeCylinders();
   plan.placements.resize(1);
   PushedPlacements taker(9);
-  const Run run = Guide(plan, taker);
+  const GuidedRun run = Guide(plan, taker);
   ASSERT_FALSE(run.scans);
   EXPECT_EQ(taker.taken, 3);
   EXPECT_THAT(run.scans.error().seen, HasSubstr("placement 1 did not succeed in 3 tries: it moved by"));
