@@ -196,6 +196,16 @@ ScanPlan FineTargetPlan() {
   return plan;
 }
 
+/// One quick sweep over a target that is left in the booth, for the daily check.
+ScanPlan CheckPlan() {
+  ScanPlan plan = TargetPlan();
+  plan.profile = "check";
+  plan.pitch_mm = 10.0;
+  plan.speed_mm_s = 200.0;
+  plan.sweeps = 1;
+  return plan;
+}
+
 }  // namespace
 
 std::uint32_t ScanPlan::interleave() const {
@@ -269,7 +279,8 @@ Result<ScanPlan> BuiltInPlan(const std::string& profile, std::optional<Millimetr
   }
   if (profile == "target") return TargetPlan();
   if (profile == "target_fine") return FineTargetPlan();
-  return Fail(attempted, "no such built-in profile", "use body, torso, head, breath, target or target_fine");
+  if (profile == "check") return CheckPlan();
+  return Fail(attempted, "no such built-in profile", "use body, torso, head, breath, target, target_fine or check");
 }
 
 PlanCheck ValidatePlan(const ScanPlan& plan, const AxisLimits& axis, const RingLimits& ring) {

@@ -46,7 +46,7 @@ struct ScanPlan {
 /// Room above and below the levels of a sweep for speeding up and slowing down: v^2 / 2a plus 5 mm.
 [[nodiscard]] Millimetres RunUp(const ScanPlan& plan, const AxisLimits& limits);
 
-/// A built-in profile: body, torso, head, breath, target or target_fine. `subject_height`: entered, or found by
+/// A built-in profile: body, torso, head, breath, target, target_fine or check. `subject_height`: entered, or found by
 /// FindSubjectTop; without it body and breath take 1.8 m and torso too, while head fails, because it must know where
 /// the head is.
 Result<ScanPlan> BuiltInPlan(const std::string& profile, std::optional<Millimetres> subject_height);

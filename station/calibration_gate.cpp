@@ -1,5 +1,9 @@
 #include "station/calibration_gate.h"
 
+#include <chrono>
+#include <cmath>
+
+#include "acquisition/reference_record.h"
 #include "station/devices.h"
 
 namespace annulus {
@@ -54,7 +58,19 @@ Status CalibrationGate::AskCalibration(const ArmRequest& request, const Recorded
   return CheckCalibrationFor(*file, machine.boards, WallNow());
 }
 
-Status CalibrationGate::AskReference(const ArmRequest&) const { return {}; }
+Status CalibrationGate::AskReference(const ArmRequest& request) const {
+  const std::string& path = config_.calibration.reference_check;
+  const std::string profile = request.search ? request.header.profile : request.plan.profile;
+  // A check has to be possible where there is none yet.
+  if (path.empty() || request.plan.of_target || IsTargetProfile(profile)) return {};
+  const char* advice = "scan the reference cylinder with the profile check, and run 'annulus check'";
+  const auto text = ReadTextFile(storage_, path);
+  if (!text) return Fail(kAttempted, "there is no reference check of the ring: " + text.error().Text(), advice);
+  const auto record = ParseReference(*text, path);
+  if (!record) return Fail(record);
+  const auto hours = static_cast<std::int64_t>(std::ceil(config_.calibration.reference_hours));
+  return JudgeReference(*record, request.header, WallNow(), std::chrono::hours(hours));
+}
 
 GateAnswer CalibrationGate::Ask(const ArmRequest& request, const RecordedMachine& machine) {
   GateAnswer answer;

@@ -13,7 +13,8 @@
 
 namespace annulus {
 
-/// True for profiles that scan a calibration target: "target" and names that begin so. They need no calibration.
+/// True for profiles that a calibration is made with: "target" and names that begin so. They need no calibration, and
+/// carry none. The profile "check" scans a target too, but with the calibration in force, which it is to check.
 [[nodiscard]] bool IsTargetProfile(const std::string& profile);
 
 /// What a scan with this profile takes with it into its recording: the calibration that the configuration names, or an

@@ -155,7 +155,7 @@ void AddScanCommand(CLI::App& app, CommandWork& chosen) {
       ->capture_default_str();
   command
       ->add_option("--profile", options->profile,
-                   "body, torso, head, breath, target, target_fine, or a profile of the configuration")
+                   "body, torso, head, breath, target, target_fine, check, or a profile of the configuration")
       ->required()
       ->type_name("P");
   command->add_option("--out", options->out, "recording to write")->required()->type_name("SCAN");

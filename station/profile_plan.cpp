@@ -7,7 +7,7 @@ namespace annulus {
 namespace {
 
 constexpr double kHeadRoomMm = 40.0;  // scanned above the highest point, as the built-in profiles do
-constexpr std::array kBuiltIn{"body", "torso", "head", "breath", "target", "target_fine"};
+constexpr std::array kBuiltIn{"body", "torso", "head", "breath", "target", "target_fine", "check"};
 
 bool IsBuiltIn(const std::string& name) { return std::find(kBuiltIn.begin(), kBuiltIn.end(), name) != kBuiltIn.end(); }
 

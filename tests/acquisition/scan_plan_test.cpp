@@ -68,7 +68,7 @@ TEST(ScanPlan, TheTargetProfileGoesDownAndUpOverTheSameLevelsInLessThan45Seconds
 }
 
 TEST(ScanPlan, EveryBuiltInProfileFitsTheMachineForSmallAndTall) {
-  for (const char* profile : {"body", "torso", "head", "breath", "target", "target_fine"}) {
+  for (const char* profile : {"body", "torso", "head", "breath", "target", "target_fine", "check"}) {
     for (const double height : {900.0, 1500.0, 1750.0, 2100.0}) {
       const auto plan = BuiltInPlan(profile, Millimetres(height));
       ASSERT_TRUE(plan);
