@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "base/ensure.h"
+#include "base/frames.h"
 
 namespace annulus {
 namespace {
@@ -45,6 +46,18 @@ std::vector<double> Positions(const std::vector<Group>& groups, const std::vecto
   return positions;
 }
 
+/// Where the sensor of a sample stands around the ring: where its beam comes from. On an ideal ring that is the
+/// sample's own theta; where beams do not aim at the axis quite, points near it lie columns apart from their sensor,
+/// and would change places with those of its neighbours.
+double DirectionOf(const SurfaceSample& sample) {
+  constexpr double kSame = 1e-5;  // rad; the rounding of ray_direction
+  const double x = -static_cast<double>(sample.ray_direction.x());
+  const double y = -static_cast<double>(sample.ray_direction.y());
+  if (x == 0.0 && y == 0.0) return sample.theta;
+  const double heading = std::atan2(y, x);
+  return std::abs(AngleDifference(heading, sample.theta)) < kSame ? sample.theta : WrapAngle(heading);
+}
+
 /// The sensors that gave usable samples, in order of appearance.
 struct SensorGroups {
   std::vector<Group> groups;
@@ -55,14 +68,15 @@ struct SensorGroups {
     for (const SurfaceSample& s : samples) {
       if (!IsUsable(s)) continue;
       ++usable;
+      const double direction = DirectionOf(s);
       if (s.sensor >= of_sensor.size()) of_sensor.resize(std::size_t{s.sensor} + 1, kEmpty);
       std::uint32_t& group = of_sensor[s.sensor];
       if (group == kEmpty) {
         group = static_cast<std::uint32_t>(groups.size());
-        groups.push_back({s.sensor, s.theta, 0.0, 0});
+        groups.push_back({s.sensor, direction, 0.0, 0});
       }
       const double first = groups[group].first;
-      groups[group].Add((first + AngleDifference(s.theta, first)) - first);  // a sensor may straddle 0
+      groups[group].Add((first + AngleDifference(direction, first)) - first);  // a sensor may straddle 0
     }
   }
 };
