@@ -15,6 +15,7 @@
 #include "station/key_file.h"
 #include "station/paper_picture.h"
 #include "station/sway_report.h"
+#include "station/sway_report.h"
 
 namespace annulus {
 namespace {
@@ -57,7 +58,9 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
   display.Clear();
   if (!fit) return tl::unexpected(About(fit.error(), options.scans));
   Log(LogLevel::kInfo, fit->fit.summary.BriefReport());
-  if (const SwayEstimate* sway = WorstSway(fit->sway)) Log(LogLevel::kInfo, sway->BriefReport());
+  if (const SwayEstimate* sway = WorstSway(fit->sway); sway != nullptr && options.report != "-") {
+    RETURN_IF_ERROR(io.Print(sway->BriefReport() + "\n"));
+  }
   constexpr double kFew = 0.01;  // of a region's returns; wild ones beside the body
   for (const SectionRegion& region : fit->fit.summary.regions) {
     const bool is_much = static_cast<double>(region.left_out) > kFew * static_cast<double>(region.samples);
