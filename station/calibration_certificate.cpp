@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 #include "base/units.h"
 #include "station/calibration_document.h"
@@ -163,6 +164,14 @@ std::string RadiusText(double radius_mm, double expanded_u_mm) {
   return fmt::format("{} ± {} mm", NumberWith(radius_mm, 3), NumberWith(expanded_u_mm, 3));
 }
 
+std::string PlacementName(const std::string& name) {
+  const std::size_t slash = name.rfind('/');
+  std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
+  constexpr std::string_view kEnding = ".mcap";
+  if (file.size() > kEnding.size() && file.ends_with(kEnding)) file.resize(file.size() - kEnding.size());
+  return file;
+}
+
 std::string KindName(CalibrationTarget::Kind kind) {
   switch (kind) {
     case CalibrationTarget::Kind::kCylinder:
@@ -202,7 +211,7 @@ Document CalibrationDocument(const CalibrationReport& report) {
   Document document;
   document.title = "Ring calibration: certificate and report";
   document.footer =
-      fmt::format("annulus {} · ring {} · {} · calibration {}", OrElse(report.program_version, "–"),
+      fmt::format("annulus {} · ring {} · {} · {}", OrElse(report.program_version, "–"),
                   OrElse(report.ring_serial, "–"), OrElse(report.date, "–"), OrElse(report.calibration_hash, "–"));
   AddCertificate(report, document);
   AddSensorSections(report, document);

@@ -30,6 +30,8 @@ void AddKnowledgeSections(const CalibrationReport& report, Document& document);
 [[nodiscard]] std::string ShortHash(const std::string& hash);
 /// "column of radius 150.000 mm ± 0.020 mm (k = 2) at 20 °C"
 [[nodiscard]] std::string RadiusText(double radius_mm, double expanded_u_mm);
+/// A placement's name; of a recording's path its name without folder and ending.
+[[nodiscard]] std::string PlacementName(const std::string& name);
 /// "column", "sphere", "flat board", "step column"
 [[nodiscard]] std::string KindName(CalibrationTarget::Kind kind);
 

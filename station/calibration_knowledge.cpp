@@ -145,15 +145,30 @@ std::string FloorText(const CalibrationReport& report) {
   return text;
 }
 
+/// What the certificate holds against the limit of a girth, mm.
+std::optional<double> GirthHalf95(const CalibrationReport& report) {
+  for (const LimitLine& line : JudgeCalibration(report)) {
+    if (line.name.starts_with("Girth")) return line.left;
+  }
+  return std::nullopt;
+}
+
 void AddBudget(const CalibrationReport& report, Document& document) {
   document.blocks.emplace_back(DocumentHeading{"Error budget"});
   document.blocks.emplace_back(DocumentParagraph{FloorText(report)});
   std::vector<BudgetLine> budget = report.solution.budget;
   for (BudgetLine& line : budget) line.name = Capital(line.name);
-  document.blocks.emplace_back(DocumentFigure{
-      DrawBudget(budget, report.limits.girth_mm),
-      "What each part leaves in a girth of 900 mm around the ring's centre; the last bar is all of them together.",
-      "budget"});
+  std::vector<BudgetLine> shown = budget;
+  std::string caption =
+      "What each part leaves in a girth of 900 mm around the ring's centre; the last bar is all of them together.";
+  if (const auto held = GirthHalf95(report); held && !shown.empty()) {
+    shown.insert(shown.end() - 1, {"At the temperature it had", *held / kNormal95, 0.0});
+    caption += fmt::format(
+        " The limit is held against ± {} mm: all but the ring being warmer or colder than it was while it was "
+        "calibrated.",
+        NumberWith(*held, 3));
+  }
+  document.blocks.emplace_back(DocumentFigure{DrawBudget(shown, report.limits.girth_mm), std::move(caption), "budget"});
   DocumentTable table;
   table.columns = {{"Part", 3.6},
                    {"Girth of 900 mm, sd / mm", 2.2, Align::kRight},
@@ -195,9 +210,11 @@ void AddVerification(const CalibrationReport& report, Document& document) {
                 {"Residuals of the sensors, RMS", NumberWith(seen.residual_rms_mm, 3) + " mm"}};
   document.blocks.emplace_back(std::move(table));
   if (!seen.sensor_residual_mm.empty()) {
-    document.blocks.emplace_back(DocumentFigure{
-        DrawVerification(seen.sensor_residual_mm, report.limits),
-        "Each sensor's mean residual on the second artefact; positive: it is seen too large.", "verification"});
+    document.blocks.emplace_back(
+        DocumentFigure{DrawVerification(seen.sensor_residual_mm, report.limits),
+                       "Each sensor's mean residual on the second artefact; positive: it is seen too large. A slow "
+                       "wave around the ring is the artefact's own out-of-roundness.",
+                       "verification"});
   }
 }
 

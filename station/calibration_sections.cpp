@@ -160,7 +160,7 @@ DocumentTable Placements(const CalibrationReport& report) {
     const std::string serial =
         p.target < report.targets.size() ? report.targets[p.target].target.serial : std::string();
     const double turn = std::round(DegreesFromRadians(p.pose.turn));
-    table.rows.push_back({p.name, OrElse(serial, std::to_string(p.target + 1)),
+    table.rows.push_back({PlacementName(p.name), OrElse(serial, std::to_string(p.target + 1)),
                           fmt::format("{}, {}", NumberWith(p.pose.x, 0), NumberWith(p.pose.y, 0)),
                           NumberWith(DegreesFromRadians(p.tilt_rad), 1),
                           NumberWith(turn - 360.0 * std::floor(turn / 360.0), 0),
@@ -180,8 +180,10 @@ void AddResiduals(const CalibrationReport& report, Document& document) {
       "with the "
       "calibration that the solve began with, every target at its best place. Columns are sensors by their direction.",
       "residual_maps"});
+  std::vector<PlacementResidual> placements = PlacementResidualsOf(report.solution);
+  for (PlacementResidual& placement : placements) placement.name = PlacementName(placement.name);
   document.blocks.emplace_back(DocumentHeading{"Placements"});
-  document.blocks.emplace_back(DocumentFigure{DrawPlacementResiduals(PlacementResidualsOf(report.solution)),
+  document.blocks.emplace_back(DocumentFigure{DrawPlacementResiduals(placements),
                                               "Residuals of readings put together over 40 mm of height. A placement "
                                               "that stands out after the solve was disturbed, "
                                               "or its target is not what was entered.",

@@ -97,7 +97,7 @@ void PdfWriter::Title() {
 
 void PdfWriter::Footer() {
   const double y = SheetCanvas::kHeight - 8.0;
-  canvas_.Text({kLeft, y}, document_.footer, {6.5, kSoft});
+  canvas_.Text({kLeft, y}, document_.footer, {6.0, kSoft});
   canvas_.Text({kRight, y}, pages_ > 0 ? fmt::format("page {} of {}", page_, pages_) : std::string(),
                {7.0, kSoft, Weight::kRegular, Align::kRight});
 }

@@ -245,6 +245,14 @@ TEST(CalibrationReport, CallsUTheFloorAndSaysWhatItIsOfAGirth) {
   EXPECT_THAT(CalibrationReportHtml(report), HasSubstr("No uncertainty was entered for the targets"));
 }
 
+TEST(CalibrationReport, NamesPlacementsWithoutFoldersAndEndings) {
+  CalibrationReport report = SampleReport();
+  report.solution.placements[2].name = "some/where/p3.mcap";
+  const std::string html = CalibrationReportHtml(report);
+  EXPECT_THAT(html, HasSubstr("<td>p3</td>"));
+  EXPECT_THAT(html, Not(HasSubstr("some/where")));
+}
+
 TEST(CalibrationReport, SaysWithoutACertificateThatItIsNotTraceable) {
   CalibrationReport report = SampleReport();
   for (ReportTarget& target : report.targets) target.target.certificate_number.clear();
