@@ -18,7 +18,7 @@ inline constexpr SheetColour kBefore{0.85, 0.47, 0.09};      ///< Orange: before
 inline constexpr SheetColour kBeforeSoft{0.96, 0.82, 0.65};  ///< Its bars.
 inline constexpr SheetColour kAfter{0.06, 0.37, 0.45};       ///< Teal: after, as left.
 inline constexpr SheetColour kAfterSoft{0.62, 0.80, 0.85};   ///< Its bars.
-inline constexpr SheetColour kAllowed{0.90, 0.955, 0.92};     ///< What lies within the limit.
+inline constexpr SheetColour kAllowed{0.90, 0.955, 0.92};    ///< What lies within the limit.
 inline constexpr SheetColour kLimit{0.16, 0.55, 0.36};       ///< The limit itself.
 inline constexpr SheetColour kBad{0.72, 0.17, 0.13};
 inline constexpr SheetColour kNone{0.80, 0.81, 0.83};  ///< Cells of which nothing is known.
