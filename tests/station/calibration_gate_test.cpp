@@ -166,7 +166,7 @@ class ReferenceGateTest : public CalibrationGateTest {
     clock_.SleepUntil(std::chrono::hours(1));
   }
   Status AskReference(const std::string& profile = "body") {
-    const std::string text = JsonFromReference(record_).dump();
+    const std::string text = JsonFromCheck(record_).dump();
     const auto bytes = std::as_bytes(std::span(text));
     storage_.files["check.json"] = {bytes.begin(), bytes.end()};
     const Status calibration = Ask(profile);
