@@ -235,13 +235,13 @@ TEST(Calibrate, FindsTheRingThatWasDrawn) {
   for (const double distance : {250.0, 350.0, 450.0, 530.0}) {
     const test::RigErrors errors = test::ErrorsAt(*truth, found, distance);
     EXPECT_NEAR(errors.common_mm, 0.0, 0.1 + 0.02) << distance;
-    EXPECT_LE(RigErrors::Rms(errors.radial_mm), 0.15) << distance;
+    EXPECT_LE(test::RigErrors::Rms(errors.radial_mm), 0.15) << distance;
   }
   const test::RigErrors errors = test::ErrorsAt(*truth, found, 450.0);
-  EXPECT_LE(DegreesFromRadians(RigErrors::Rms(errors.lateral_mm) / 450.0), 0.05);
-  EXPECT_LE(DegreesFromRadians(RigErrors::Rms(errors.vertical_mm) / 450.0), 0.2);
+  EXPECT_LE(DegreesFromRadians(test::RigErrors::Rms(errors.lateral_mm) / 450.0), 0.05);
+  EXPECT_LE(DegreesFromRadians(test::RigErrors::Rms(errors.vertical_mm) / 450.0), 0.2);
   const test::RigErrors before = test::ErrorsAt(*truth, RingCalibration::Ideal(600.0), 450.0);
-  EXPECT_GT(RigErrors::Rms(before.radial_mm), 1.0);
+  EXPECT_GT(test::RigErrors::Rms(before.radial_mm), 1.0);
 }
 
 TEST(Calibrate, VerifiesWithWhatTookNoPartInTheSolve) {
