@@ -174,9 +174,10 @@ void Calibrator::AddBins(ceres::Problem& problem) {
   for (std::size_t p = 0; p < placements_.size(); ++p) {
     for (const TargetBin& bin : placements_[p].bins) {
       const std::size_t knot = KnotAt(ring.knots_z_mm, start_.carriage.position_scale * bin.z_mm).first;
-      problem.AddResidualBlock(new BinCost(setup_, ring.knots_z_mm, p, bin), loss(), ring.sensors[bin.sensor].data(),
-                               ring.ring.data(), state_.poses[p].data(), state_.forms[scans_[p].target].data(),
-                               ring.path[knot].data(), ring.path[knot + 1].data());
+      problem.AddResidualBlock(MakeBinCost(setup_, ring.knots_z_mm, p, bin).release(), loss(),
+                               ring.sensors[bin.sensor].data(), ring.ring.data(), state_.poses[p].data(),
+                               state_.forms[scans_[p].target].data(), ring.path[knot].data(),
+                               ring.path[knot + 1].data());
     }
   }
 }
@@ -187,11 +188,12 @@ void Calibrator::AddPriors(ceres::Problem& problem, ceres::ParameterBlockOrderin
   // which lie in one array.
   int group = 1;
   const auto prior = [&](double* block, const Eigen::VectorXd& mean, const Eigen::VectorXd& sigma) {
-    problem.AddResidualBlock(new PriorCost(mean, sigma), nullptr, block);
+    problem.AddResidualBlock(MakePriorCost(mean, sigma).release(), nullptr, block);
     ordering.AddElementToGroup(block, group++);
   };
   for (std::size_t i = 0; i < ring.sensors.size(); ++i) {
-    problem.AddResidualBlock(new PriorCost(SensorUnknowns::Zero(), priors_.sensor), nullptr, ring.sensors[i].data());
+    problem.AddResidualBlock(MakePriorCost(SensorUnknowns::Zero(), priors_.sensor).release(), nullptr,
+                             ring.sensors[i].data());
     ordering.AddElementToGroup(ring.sensors[i].data(), 0);
     if (held_.sensors[i]) problem.SetParameterBlockConstant(ring.sensors[i].data());
   }

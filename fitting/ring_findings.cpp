@@ -134,6 +134,30 @@ void FindRingFaults(const CalibrationSetup& setup, RingSolution& solution) {
   }
 }
 
+/// Sensors that no calibration brings into line: wired to another place, loose, or broken.
+void FindSensorFaults(const CalibrationSetup& setup, RingSolution& solution) {
+  constexpr double kWrong = 4.0;  // mean square in variances of noise; 160 bins scatter by 0.1
+  constexpr std::size_t kNamed = 12;
+  std::vector<double> squares(setup.start.sensors.size(), 0.0);
+  std::vector<double> count(squares.size(), 0.0);
+  for (const BinResidual& residual : solution.residuals) {
+    squares[residual.sensor] += std::pow(residual.after_mm / residual.sigma_mm, 2);
+    count[residual.sensor] += 1.0;
+  }
+  std::string names;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    if (count[i] < 10.0 || squares[i] < kWrong * count[i]) continue;
+    if (found++ < kNamed) names += Text("%s %zu (%.1f sds)", found > 1 ? "," : "", i, std::sqrt(squares[i] / count[i]));
+  }
+  if (found == 0) return;
+  if (found > kNamed) names += Text(" and %zu more", found - kNamed);
+  solution.findings.push_back(
+      {Grade::kFailure, "sensor_doubtful", "no calibration explains what these sensors read:" + names,
+       "they are swapped with others, loose or broken: check channels and mounting, and calibrate "
+       "again; the other sensors are not affected"});
+}
+
 void FindModelFaults(const CalibrationSetup& setup, RingSolution& solution) {
   constexpr double kSignificant = 5.0;  // sds of the worst of some 20 bins
   constexpr double kMatters = 0.012;    // mm
@@ -170,6 +194,7 @@ void FindModelFaults(const CalibrationSetup& setup, RingSolution& solution) {
 void FindFaults(const CalibrationSetup& setup, RingSolution& solution) {
   FindPlacementFaults(setup, solution);
   FindRingFaults(setup, solution);
+  FindSensorFaults(setup, solution);
   FindModelFaults(setup, solution);
   std::stable_sort(solution.findings.begin(), solution.findings.end(),
                    [](const CalibrationFinding& a, const CalibrationFinding& b) { return a.grade > b.grade; });

@@ -165,8 +165,12 @@ TEST(CalibrationFailures, KeepTwoSwappedSensorsFromSpoilingTheOthers) {
   const auto solution = Solve(rig, scans);
   ASSERT_TRUE(solution) << solution.error().Text();
   RigErrors errors = ErrorsAt(rig.truth, solution->calibration, 450.0);
-  std::printf("[ figures  ] swapped: common %.3f mm, own errors of both %.2f and %.2f mm\n", errors.common_mm,
-              errors.radial_mm[kOne], errors.radial_mm[kOther]);
+  std::printf("[ figures  ] swapped: common %.3f mm, own errors of both %.2f and %.2f mm, %d iterations\n",
+              errors.common_mm, errors.radial_mm[kOne], errors.radial_mm[kOther], solution->iterations);
+  const CalibrationFinding* finding = Found(*solution, "sensor_doubtful");
+  ASSERT_NE(finding, nullptr) << Codes(*solution);
+  EXPECT_NE(finding->text.find(" 20"), std::string::npos) << finding->text;
+  EXPECT_NE(finding->text.find(" 75"), std::string::npos) << finding->text;
   for (const Eigen::Index swapped : {kOne, kOther}) {
     errors.radial_mm[swapped] = errors.lateral_mm[swapped] = errors.vertical_mm[swapped] = 0.0;
   }
