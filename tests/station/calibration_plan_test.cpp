@@ -40,14 +40,14 @@ TEST(CalibrationPlan, GivesThePlacementsThatACalibrationNeeds) {
   ASSERT_EQ(plan->targets.size(), 3U);
   EXPECT_EQ(plan->targets[0].certificate_number, "K-4711");
   // Six of the first target, two of the second, one to verify with the third.
-  ASSERT_EQ(plan->placements.size(), 9U);
+  ASSERT_EQ(plan->placements.size(), 10U);
   for (std::size_t k = 0; k < 9; ++k) {
     const PlannedPlacement& placement = plan->placements[k];
-    EXPECT_EQ(placement.target, k < 6 ? 0U : k < 8 ? 1U : 2U) << k;
-    EXPECT_EQ(placement.verify, k == 8) << k;
+    EXPECT_EQ(placement.target, k < 6 ? 0U : k < 9 ? 1U : 2U) << k;
+    EXPECT_EQ(placement.verify, k == 9) << k;
     const double off = std::hypot(placement.x_mm, placement.y_mm);
-    EXPECT_NEAR(off, k == 0 ? 0.0 : k == 8 ? 40.0 : 100.0, 1e-9) << k;
-    EXPECT_EQ(placement.tilt_deg, k == 0 || k == 8 ? 0.0 : 7.0) << k;
+    EXPECT_NEAR(off, k == 0 ? 0.0 : k == 9 ? 40.0 : k < 6 ? 110.0 : 90.0, 1e-9) << k;
+    EXPECT_EQ(placement.tilt_deg, k == 0 || k == 9 ? 0.0 : 7.0) << k;
     ASSERT_TRUE(placement.turn_deg) << k;
     EXPECT_TRUE(placement.scan.empty());
   }
@@ -55,7 +55,9 @@ TEST(CalibrationPlan, GivesThePlacementsThatACalibrationNeeds) {
   for (std::size_t a = 1; a < 6; ++a) {
     for (std::size_t b = 0; b < a; ++b) {
       EXPECT_NE(*plan->placements[a].turn_deg, *plan->placements[b].turn_deg);
-      if (b > 0) EXPECT_NE(plan->placements[a].tilt_to_deg, plan->placements[b].tilt_to_deg);
+      if (b > 0) {
+        EXPECT_NE(plan->placements[a].tilt_to_deg, plan->placements[b].tilt_to_deg);
+      }
     }
   }
 }
@@ -116,7 +118,7 @@ TEST(CalibrationPlan, IsAFileOrOneTarget) {
   const std::string text = kThree;
   const auto bytes = std::as_bytes(std::span(text));
   storage.files["plan.toml"] = {bytes.begin(), bytes.end()};
-  EXPECT_EQ(ReadCalibrationPlan(storage, "plan.toml")->placements.size(), 9U);
+  EXPECT_EQ(ReadCalibrationPlan(storage, "plan.toml")->placements.size(), 10U);
   const auto one = ReadCalibrationPlan(storage, "cylinder:radius_mm=150,u_mm=0.02");
   ASSERT_TRUE(one);
   EXPECT_EQ(one->targets.size(), 1U);
