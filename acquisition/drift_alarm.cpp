@@ -38,6 +38,10 @@ class SensorFilter {
     ++seen_;
     const double predicted = variance_ + Square(rules_.wander_sigma_mm);
     const double whole = std::sqrt(predicted + noise);
+    constexpr double kPriorScans = 10.0;
+    constexpr double kLeast = 0.8;
+    scatter_ = std::max(kLeast, (kPriorScans + surprises_) / (kPriorScans + static_cast<double>(seen_ - 1)));
+    surprises_ += std::min(Square((offset - offset_) / whole), Square(kClip));
     offset_ += predicted / (predicted + noise) * std::clamp(offset - offset_, -kClip * whole, kClip * whole);
     variance_ = predicted * noise / (predicted + noise);
   }
@@ -46,6 +50,7 @@ class SensorFilter {
     if (seen_ == 0) return state;
     state.offset_mm = offset_;
     state.sigma_mm = std::sqrt(variance_);
+    state.scatter = scatter_;
     if (seen_ < rules_.baseline_scans) return state;
     state.baseline_mm = sum_ / precision_;
     state.baseline_sigma_mm = 1.0 / std::sqrt(precision_);
@@ -60,6 +65,8 @@ class SensorFilter {
   double offset_ = 0.0;
   double variance_;
   double sum_ = 0.0, precision_ = 0.0;  ///< Of the baseline.
+  double surprises_ = 0.0;              ///< Sum of squared innovations over their variances.
+  double scatter_ = 1.0;
 };
 
 /// What makes an alarm of a fit.
@@ -70,6 +77,16 @@ struct Bar {
   double end_s = 0.0;  ///< The drift is judged this long after the middle of the scan.
 };
 
+/// One scan alone: the offset changes while it lasts, or is such that no body looks like that. Of a moderate offset
+/// that stays the same, one customer may be the cause.
+bool CreptOrJumped(const DriftPursuit::Fit& fit) {
+  constexpr double kCreeps = 2.0;  // sd
+  constexpr double kJumped = 8.0;
+  const double trend = fit.size[1] / std::sqrt(fit.variance[1]);
+  const double offset = fit.size[0] / std::sqrt(fit.variance[0]);
+  return (trend * offset > 0.0 && std::abs(trend) >= kCreeps) || std::abs(offset) >= kJumped;
+}
+
 std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const Bar& bar) {
   constexpr std::size_t kMost = 40;  // a ring with more is not drifting but wrong
   constexpr double kBeside = 0.35;   // a neighbour must be that much of its own to be named beside one
@@ -77,7 +94,9 @@ std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const Bar& bar) {
   std::vector<DriftPursuit::Fit> found;
   while (alarms.size() < kMost) {
     const DriftPursuit::Fit best = pursuit.Best();
-    if (!(std::sqrt(best.gain) >= bar.significance)) break;
+    constexpr double kManyAtOnce = 1.2;  // what smooth errors of the prediction look like
+    const double significance = best.block.count > 1 ? kManyAtOnce * bar.significance : bar.significance;
+    if (!(std::sqrt(best.gain) >= significance)) break;
     const double drift = best.size[0] + bar.end_s * best.size[1];
     const bool beside = std::any_of(found.begin(), found.end(), [&](const DriftPursuit::Fit& old) {
       const double apart = std::abs(static_cast<double>(old.block.first) - static_cast<double>(best.block.first));
@@ -86,7 +105,7 @@ std::vector<DriftAlarm> FindAlarms(DriftPursuit pursuit, const Bar& bar) {
     });
     pursuit.Subtract(best);
     found.push_back(best);
-    if (std::abs(drift) < bar.limit_mm || beside) {
+    if (std::abs(drift) < bar.limit_mm || beside || (bar.end_s > 0.0 && !CreptOrJumped(best))) {
       if (found.size() > 2 * kMost) break;
       continue;
     }
@@ -122,8 +141,9 @@ std::vector<DriftEvidence> NewestScan(const DriftRecord& record, const std::vect
     const double sigma = baseline ? sensors[k].baseline_sigma_mm : rules.body_sigma_mm;
     offset.deviation.push_back(record.offset_mm[k] - (baseline ? sensors[k].baseline_mm : 0.0));
     const double person = rules.person_sigma_mm * rules.person_sigma_mm;
-    offset.noise_variance.push_back(VarianceOf(record.sigma_mm[k], rules) - person);
-    offset.own_variance.push_back(person + sigma * sigma);
+    const double scatter = sensors[k].scatter;
+    offset.noise_variance.push_back(scatter * (VarianceOf(record.sigma_mm[k], rules) - person));
+    offset.own_variance.push_back(scatter * person + sigma * sigma);
     trend.deviation.push_back(record.trend_mm_s[k]);
     const double whole = record.trend_sigma_mm_s[k] * record.trend_sigma_mm_s[k];
     trend.noise_variance.push_back(kTrendNoiseShare * whole);
@@ -202,7 +222,10 @@ DriftState JudgeDrift(const DriftHistory& history, const std::vector<RecordedBoa
     Merge(state.alarms, FindAlarms(std::move(pursuit), {since, rules.limit_mm, rules.significance, 0.0}));
   }
   const DriftRecord& newest = history.records().back();
-  DriftPursuit pursuit(history.stencils(), blocks, NewestScan(newest, state.sensors, rules));
+  // One by one: what two or three seem to do together in one scan is one body's shape as a rule.
+  DriftPursuit pursuit(history.stencils(),
+                       {blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(history.sensors())},
+                       NewestScan(newest, state.sensors, rules));
   Merge(state.alarms, FindAlarms(std::move(pursuit), {DriftSince::kWithinScan, rules.scan_limit_mm,
                                                       rules.scan_significance, 0.5 * newest.duration_s}));
   std::stable_sort(state.alarms.begin(), state.alarms.end(), [](const DriftAlarm& a, const DriftAlarm& b) {

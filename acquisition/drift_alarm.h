@@ -47,6 +47,7 @@ struct SensorState {
   double sigma_mm = std::numeric_limits<double>::infinity();
   double baseline_mm = std::numeric_limits<double>::quiet_NaN();  ///< NaN while it is being made.
   double baseline_sigma_mm = std::numeric_limits<double>::infinity();
+  double scatter = 1.0;  ///< Variance of its offsets in the scans before the newest over what was expected of it.
 };
 
 /// What the history says of the ring now.

@@ -59,14 +59,14 @@ DriftHistory Morning() {
   return history;
 }
 
-/// The bias when a watch that is asked every second tells it, mm; nothing: not while the scan lasts.
+/// The bias when a watch that is asked every half second tells it, mm; nothing: not while the scan lasts.
 std::optional<double> ToldAt(const DriftHistory& history, const Scan& scan, nanoseconds began, std::size_t sensor) {
   Scan so_far = scan;
   so_far.levels.clear();
   nanoseconds asked = scan.levels.front().time;
   for (const ScanLevel& level : scan.levels) {
     so_far.levels.push_back(level);
-    if (level.time - asked < seconds(1)) continue;
+    if (level.time - asked < std::chrono::milliseconds(500)) continue;
     asked = level.time;
     const auto state = JudgeScanSoFar(history, so_far);
     EXPECT_TRUE(state) << state.error().Text();
