@@ -85,5 +85,70 @@ TEST(Scanner, AnEmitterFaultOfTheReferenceBoardStopsAsAnyBoardsDoes) {
   EXPECT_EQ(rig.scanner_->status().causes.front().code, CauseOf(RingTrouble::kEmitter));
 }
 
+/// A scan of a ring at `temperature_c` with a calibration that knows, or does not know, what that does.
+ArmRequest CalibratedAt20(const ScannerRig& rig, double range_mm_per_c) {
+  ArmRequest request = rig.Request();
+  request.header.calibration.certificate = "sha256:1";
+  request.header.calibration.reference_c = 20.0;
+  request.header.calibration.range_mm_per_c = range_mm_per_c;
+  return request;
+}
+
+TEST(Scanner, RecordsTheCalibrationAtTheRingsTemperature) {
+  sim::BoothOptions options = ScannerRig::Options();
+  options.board.temperature_c = 35.0;
+  ScannerRig rig(std::move(options));
+  ASSERT_NO_FATAL_FAILURE(rig.ToHomed());
+  ASSERT_TRUE(rig.scanner_->OrderArm(CalibratedAt20(rig, 0.02)));
+  ASSERT_TRUE(rig.RunUntil(ScanState::kArmed, seconds(10))) << rig.Told();
+  EXPECT_THAT(rig.scanner_->status().warnings, Not(Contains(HasSubstr("calibrated at"))));
+  ASSERT_TRUE(rig.Start());
+  ASSERT_TRUE(rig.RunUntil([&] { return rig.scanner_->status().scan.has_value(); })) << rig.Told();
+  const auto recording = ReadWholeRecording(rig.storage_, "scan.mcap");
+  ASSERT_TRUE(recording) << recording.error().Text();
+  const ScanHeader& header = recording->scan.header;
+  ASSERT_TRUE(header.machine.ring_temperature_c);
+  EXPECT_NEAR(*header.machine.ring_temperature_c, 35.0, 1.0);
+  EXPECT_EQ(header.calibration.reference_c, *header.machine.ring_temperature_c);
+  for (const SensorCalibration& sensor : header.calibration.sensors) {
+    EXPECT_NEAR(sensor.range_offset_mm, 0.02 * (header.calibration.reference_c - 20.0), 1e-9);
+  }
+  EXPECT_EQ(header.calibration.certificate, "sha256:1");
+}
+
+TEST(Scanner, WarnsOfARingThatIsFarFromTheTemperatureOfItsCalibration) {
+  const auto warned = Contains(HasSubstr("it was calibrated at 20"));
+  for (const double temperature_c : {35.0, 22.0}) {
+    sim::BoothOptions options = ScannerRig::Options();
+    options.board.temperature_c = temperature_c;
+    ScannerRig rig(std::move(options));
+    ASSERT_NO_FATAL_FAILURE(rig.ToHomed());
+    ASSERT_TRUE(rig.scanner_->OrderArm(CalibratedAt20(rig, 0.0)));
+    ASSERT_TRUE(rig.RunUntil(ScanState::kArmed, seconds(10))) << rig.Told();
+    const std::vector<std::string> warnings = rig.scanner_->status().warnings;
+    if (temperature_c < 30.0) {
+      EXPECT_THAT(warnings, Not(warned));
+      continue;
+    }
+    EXPECT_THAT(warnings, warned);
+    ASSERT_TRUE(rig.Start()) << "it stops nothing";
+    ASSERT_TRUE(rig.RunUntil([&] { return rig.scanner_->status().scan.has_value(); })) << rig.Told();
+    const auto recording = ReadWholeRecording(rig.storage_, "scan.mcap");
+    ASSERT_TRUE(recording) << recording.error().Text();
+    std::vector<std::string> events;
+    for (const RecordedEvent& event : recording->events) events.push_back(event.text);
+    EXPECT_THAT(events, warned) << "and the recording keeps it";
+    EXPECT_EQ(recording->scan.header.calibration.sensors, RingCalibration::Ideal(600.0).sensors);
+  }
+}
+
+TEST(Scanner, AnIdealRingWarnsOfNoTemperature) {
+  sim::BoothOptions options = ScannerRig::Options();
+  options.board.temperature_c = 40.0;
+  ScannerRig rig(std::move(options));
+  ASSERT_NO_FATAL_FAILURE(rig.ToArmed());
+  EXPECT_THAT(rig.scanner_->status().warnings, Not(Contains(HasSubstr("calibrated at"))));
+}
+
 }  // namespace
 }  // namespace annulus
