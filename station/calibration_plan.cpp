@@ -49,12 +49,17 @@ std::string SideText(double theta_deg) {
 
 void ReadTarget(const toml::node& node, const std::string& section, CalibrationPlan& plan, std::vector<bool>& verify) {
   std::string spec;
+  std::string line = toml_table::LineOf(node);
   bool only_verify = false;
-  ReadTable(node, section, {{"spec", ToText(spec)}, {"verify", [&](const toml::node& n, const std::string& key) {
-                                                       only_verify = Flag(n, key);
-                                                     }}});
+  ReadTable(node, section,
+            {{"spec",
+              [&](const toml::node& n, const std::string& key) {
+                spec = Text(n, key);
+                line = toml_table::LineOf(n);
+              }},
+             {"verify", [&](const toml::node& n, const std::string& key) { only_verify = Flag(n, key); }}});
   auto target = ParseTarget(spec);
-  if (!target) throw BadConfig{toml_table::LineOf(node) + ": " + target.error().seen, target.error().advice};
+  if (!target) throw BadConfig{line + ": " + target.error().seen, target.error().advice};
   plan.targets.push_back(std::move(*target));
   verify.push_back(only_verify);
 }
@@ -79,12 +84,13 @@ void ReadPlacement(const toml::node& node, const std::string& section, Calibrati
   plan.placements.push_back(std::move(placement));
 }
 
-/// Applies `read` to every table of a list of tables.
+/// Applies `read` to every table of a list of tables, and to what the tables are called.
 template <class Read>
 void ForEachTable(const toml::node& node, const std::string& key, const Read& read) {
+  const std::string name = key.substr(key.rfind('.') + 1);
   const toml::array* list = node.as_array();
-  if (list == nullptr) Refuse(node, key, "a list of tables, each begun by [[" + key + "]]");
-  for (const toml::node& entry : *list) read(entry);
+  if (list == nullptr) Refuse(node, name, "a list of tables, each begun by [[" + name + "]]");
+  for (const toml::node& entry : *list) read(entry, name);
 }
 
 CalibrationPlan ReadAll(const toml::table& root) {
@@ -96,10 +102,14 @@ CalibrationPlan ReadAll(const toml::table& root) {
              {"valid_days", ToNumber(plan.valid_days, 0.01, 10'000.0)},
              {"target",
               [&](const toml::node& n, const std::string& key) {
-                ForEachTable(n, key, [&](const toml::node& entry) { ReadTarget(entry, key, plan, verify); });
+                ForEachTable(n, key, [&](const toml::node& entry, const std::string& name) {
+                  ReadTarget(entry, name, plan, verify);
+                });
               }},
              {"placement", [&](const toml::node& n, const std::string& key) {
-                ForEachTable(n, key, [&](const toml::node& entry) { ReadPlacement(entry, key, plan); });
+                ForEachTable(n, key, [&](const toml::node& entry, const std::string& name) {
+                  ReadPlacement(entry, name, plan);
+                });
               }}});
   if (plan.targets.empty()) throw BadConfig{"it names no target", "add a [[target]] with its spec"};
   for (PlannedPlacement& placement : plan.placements) {

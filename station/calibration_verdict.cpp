@@ -160,15 +160,6 @@ void JudgeVerification(const CalibrationReport& report, std::vector<LimitLine>& 
   lines.insert(lines.end(), {std::move(radius), std::move(en), std::move(sensors)});
 }
 
-/// The budget's last line without that of a ring at another temperature, which no scans at one temperature can lower.
-double GirthSigmaAtItsTemperature(const std::vector<BudgetLine>& budget) {
-  double variance = budget.back().girth_mm * budget.back().girth_mm;
-  for (const BudgetLine& line : budget) {
-    if (line.name.rfind("temperature of the ring", 0) == 0) variance -= line.girth_mm * line.girth_mm;
-  }
-  return variance < 0.0 ? 0.0 : std::sqrt(variance);
-}
-
 /// The five lines of CalibrationLimits as left.
 std::vector<LimitLine> LinesAsLeft(const CalibrationReport& report) {
   const RingSolution& solution = report.solution;
@@ -188,10 +179,9 @@ std::vector<LimitLine> LinesAsLeft(const CalibrationReport& report) {
   LimitLine vertical{"Error of the beams in height, RMS", "°",
                      "Of the place at 450 mm, as an angle. As left: RMS of the standard uncertainties.",
                      report.limits.vertical_deg};
-  LimitLine girth{
-      "Girth of 900 mm", "mm",
-      "As found: 2π times the common error. As left: 95 % of the error budget, at the temperature that the ring had.",
-      report.limits.girth_mm};
+  LimitLine girth{"Girth of 900 mm", "mm",
+                  "As found: 2π times the common error. As left: 95 % of the error budget's last line.",
+                  report.limits.girth_mm};
   // What is not finite fails: only where there is nothing at all, nothing is checked.
   if (solution.common_sigma_mm.size() > 0) {
     common.left = solution.common_sigma_mm.allFinite() ? kNormal95 * solution.common_sigma_mm.maxCoeff() : kNaN;
@@ -201,7 +191,7 @@ std::vector<LimitLine> LinesAsLeft(const CalibrationReport& report) {
     lateral.left = RootMeanSquare(AngleSigmas(solution, Sideways()));
     vertical.left = RootMeanSquare(AngleSigmas(solution, Upwards()));
   }
-  if (!solution.budget.empty()) girth.left = kNormal95 * GirthSigmaAtItsTemperature(solution.budget);
+  if (!solution.budget.empty()) girth.left = kNormal95 * solution.budget.back().girth_mm;
   return {std::move(common), std::move(sensors), std::move(lateral), std::move(vertical), std::move(girth)};
 }
 
