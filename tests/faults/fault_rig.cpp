@@ -120,7 +120,8 @@ testing::AssertionResult FaultRig::Open() {
       return checks;
     };
   }
-  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_}, gate_, disk_, wall_,
+  scanner_ = std::make_unique<Scanner>(ScannerDevices{*ring_, *axis_, *interlock_, worker_clock_},
+                                       options_.gate != nullptr ? *options_.gate : gate_, disk_, wall_,
                                        std::move(scanner_options));
   begun_ = scanner_->Begin();
   watch_.Watch(scanner_.get());
@@ -254,7 +255,7 @@ ArmRequest FaultRig::Request() {
   request.out = recording_;
   request.header.station_id = "sim";
   request.header.ring_radius_mm = 600.0;
-  request.header.calibration = RingCalibration::Ideal(600.0);
+  request.header.calibration = options_.calibration;
   return request;
 }
 

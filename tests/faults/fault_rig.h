@@ -30,7 +30,9 @@ struct FaultRigOptions {
   sim::FaultPlan plan;
   sim::ModbusNumbering link = sim::ModbusNumbering::kTransaction;
   RingBus bus = RingBus::kUsb;  ///< kCan: of the booth's, which must have some.
-  bool opens = true;            ///< The devices must open, and the start-up test be made; otherwise the test fails.
+  ScanGate* gate = nullptr;     ///< Asked before a scan is armed, borrowed; null: everything passes.
+  RingCalibration calibration = RingCalibration::Ideal(600.0);  ///< That scans are asked for with.
+  bool opens = true;  ///< The devices must open, and the start-up test be made; otherwise the test fails.
 };
 
 /// The plan of a row of the fault matrix: tests/faults/plans/<row>.json. A test that asks for one that is not there, or
