@@ -66,8 +66,8 @@ tl::unexpected<std::string> Wrong(const std::string& key) {
 }
 
 template <class Part, std::size_t N>
-void PutFields(Json& json, const Part& part, const std::array<PartField<Part>, N>& fields) {
-  for (const PartField<Part>& field : fields) json[field.key] = part.*field.member;
+void PutFields(JsonText& json, const Part& part, const std::array<PartField<Part>, N>& fields) {
+  for (const PartField<Part>& field : fields) json.Key(field.key).Number(part.*field.member);
 }
 
 /// The key that is missing or wrong; "" if none.
@@ -106,26 +106,23 @@ bool AllWithin(const std::vector<double>& numbers, double limit) {
   return std::all_of(numbers.begin(), numbers.end(), [&](double number) { return std::abs(number) <= limit; });
 }
 
-Json JsonFromCarriage(const CarriagePath& carriage) {
-  Json json;
+void PutCarriage(JsonText& json, const CarriagePath& carriage) {
+  json.Open('{');
   PutFields(json, carriage, kCarriageFields);
-  json["knots_z_mm"] = carriage.knots_z_mm;
-  json["x_mm"] = carriage.x_mm;
-  json["y_mm"] = carriage.y_mm;
-  return json;
+  json.Key("knots_z_mm").Numbers(carriage.knots_z_mm).Key("x_mm").Numbers(carriage.x_mm);
+  json.Key("y_mm").Numbers(carriage.y_mm).Close('}');
 }
 
-Json JsonFromUncertainty(const CalibrationUncertainty& uncertainty) {
-  Json json;
+void PutUncertainty(JsonText& json, const CalibrationUncertainty& uncertainty) {
+  json.Open('{');
   PutFields(json, uncertainty, kUncertaintyFields);
-  json["own_mm"] = uncertainty.own_mm;
-  Json together = Json::array();
+  json.Key("own_mm").Numbers(uncertainty.own_mm).Key("together_mm").Open('[');
   for (Eigen::Index mode = 0; mode < uncertainty.together_mm.cols(); ++mode) {
-    const Eigen::VectorXd column = uncertainty.together_mm.col(mode);
-    together.push_back(std::vector<double>(column.data(), column.data() + column.size()));
+    json.Open('[');
+    for (Eigen::Index i = 0; i < uncertainty.together_mm.rows(); ++i) json.Number(uncertainty.together_mm(i, mode));
+    json.Close(']');
   }
-  json["together_mm"] = std::move(together);
-  return json;
+  json.Close(']').Close('}');
 }
 
 tl::expected<CarriagePath, std::string> CarriageFromJson(const Json& json) {
@@ -224,27 +221,37 @@ std::string CheckCarriage(const CarriagePath& carriage) {
 
 }  // namespace
 
-Json JsonFromCalibration(const RingCalibration& calibration) {
-  Json json{{"ring_serial", calibration.ring_serial}};
+void PutCalibration(JsonText& json, const RingCalibration& calibration) {
+  json.Open('{').Key("ring_serial").Text(calibration.ring_serial);
   const auto put = [&](const SensorField& field) {
-    Json numbers = Json::array();
-    for (const SensorCalibration& sensor : calibration.sensors) numbers.push_back(sensor.*field.member);
-    json[field.key] = std::move(numbers);
+    json.Key(field.key).Open('[');
+    for (const SensorCalibration& sensor : calibration.sensors) json.Number(sensor.*field.member);
+    json.Close(']');
   };
   for (const SensorField& field : kSensorFields) put(field);
   if (!calibration.IsPlain()) {
     put(kQuadratic);
-    Json pose;
-    PutFields(pose, calibration.pose, kPoseFields);
-    json["pose"] = std::move(pose);
-    json["carriage"] = JsonFromCarriage(calibration.carriage);
+    json.Key("pose").Open('{');
+    PutFields(json, calibration.pose, kPoseFields);
+    json.Close('}').Key("carriage");
+    PutCarriage(json, calibration.carriage);
   }
   if (calibration.range_mm_per_c != 0.0 || calibration.reference_c != RingCalibration{}.reference_c) {
-    json["temperature"] = {{"reference_c", calibration.reference_c}, {"range_mm_per_c", calibration.range_mm_per_c}};
+    json.Key("temperature").Open('{').Key("reference_c").Number(calibration.reference_c);
+    json.Key("range_mm_per_c").Number(calibration.range_mm_per_c).Close('}');
   }
-  if (!calibration.certificate.empty()) json["certificate"] = calibration.certificate;
-  if (calibration.uncertainty) json["uncertainty"] = JsonFromUncertainty(*calibration.uncertainty);
-  return json;
+  if (!calibration.certificate.empty()) json.Key("certificate").Text(calibration.certificate);
+  if (calibration.uncertainty) {
+    json.Key("uncertainty");
+    PutUncertainty(json, *calibration.uncertainty);
+  }
+  json.Close('}');
+}
+
+Json JsonFromCalibration(const RingCalibration& calibration) {
+  JsonText text;
+  PutCalibration(text, calibration);
+  return Json::parse(text.Take());
 }
 
 tl::expected<RingCalibration, std::string> CalibrationFromJson(const Json& json) {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "acquisition/calibration_json.h"
+#include "acquisition/json_text.h"
 #include "acquisition/reference_json.h"
 
 namespace annulus {
@@ -96,23 +97,20 @@ constexpr std::array kMachineFields{
 
 constexpr const char* kRingTemperature = "ring_temperature_c";
 
-Json JsonFromMachine(const RecordedMachine& machine) {
-  Json boards = Json::array();
+void PutMachine(JsonText& json, const RecordedMachine& machine) {
+  json.Open('{').Key("ring_bus").Text(machine.ring_bus).Key("boards").Open('[');
   for (const RecordedBoard& board : machine.boards) {
-    boards.push_back({{"serial", board.serial},
-                      {"first_sensor", board.first_sensor},
-                      {"sensor_count", board.sensor_count},
-                      {"protocol_version", board.protocol_version},
-                      {"firmware_version", board.firmware_version}});
+    json.Open('{').Key("serial").Unsigned(board.serial).Key("first_sensor").Unsigned(board.first_sensor);
+    json.Key("sensor_count").Unsigned(board.sensor_count);
+    json.Key("protocol_version").Unsigned(board.protocol_version);
+    json.Key("firmware_version").Text(board.firmware_version).Close('}');
   }
-  Json json{{"ring_bus", machine.ring_bus},
-            {"boards", std::move(boards)},
-            {"axis_serial", machine.axis_serial},
-            {"axis_protocol_version", machine.axis_protocol_version},
-            {"axis_firmware_version", machine.axis_firmware_version}};
-  for (const MachineField& field : kMachineFields) json[field.key] = machine.*field.member;
-  if (machine.ring_temperature_c) json[kRingTemperature] = *machine.ring_temperature_c;
-  return json;
+  json.Close(']').Key("axis_serial").Unsigned(machine.axis_serial);
+  json.Key("axis_protocol_version").Unsigned(machine.axis_protocol_version);
+  json.Key("axis_firmware_version").Text(machine.axis_firmware_version);
+  for (const MachineField& field : kMachineFields) json.Key(field.key).Number(machine.*field.member);
+  if (machine.ring_temperature_c) json.Key(kRingTemperature).Number(*machine.ring_temperature_c);
+  json.Close('}');
 }
 
 tl::expected<RecordedBoard, std::string> BoardFromJson(const Json& json) {
@@ -157,21 +155,6 @@ tl::expected<RecordedMachine, std::string> MachineFromJson(const Json& json) {
   machine.axis_protocol_version = *axis_protocol;
   machine.axis_firmware_version = std::move(*axis_firmware);
   return machine;
-}
-
-/// Appends the shortest decimal that reads back as `number`; null if it is not finite.
-void PutNumber(std::string& out, double number) {
-  if (!std::isfinite(number)) {
-    out += "null";
-    return;
-  }
-  if (number == 0.0) {
-    out += std::signbit(number) ? "-0.0" : "0";  // JSON readers take -0 for an integer and lose its sign
-    return;
-  }
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-  out.append(text.data(), end);
 }
 
 /// Appends `,"key":[…]` with one element per reading.
@@ -225,15 +208,19 @@ tl::expected<void, std::string> CheckHeader(const ScanHeader& header) {
 }
 
 std::string JsonFromHeader(const ScanHeader& header) {
-  Json json{{"format_version", header.format_version}};
-  for (const TextField& field : kTextFields) json[field.key] = header.*field.member;
-  json["seed"] = header.seed;
-  json["wall_start_ns"] = header.wall_start_ns;
-  json["ring_radius_mm"] = header.ring_radius_mm;
-  json["calibration"] = JsonFromCalibration(header.calibration);
-  if (header.machine != RecordedMachine{}) json["machine"] = JsonFromMachine(header.machine);
-  if (header.reference) json["reference"] = JsonFromReference(*header.reference);
-  return Dump(json);
+  JsonText json;
+  json.Open('{').Key("format_version").Unsigned(header.format_version);
+  for (const TextField& field : kTextFields) json.Key(field.key).Text(header.*field.member);
+  json.Key("seed").Unsigned(header.seed).Key("wall_start_ns").Integer(header.wall_start_ns);
+  json.Key("ring_radius_mm").Number(header.ring_radius_mm);
+  json.Key("calibration");
+  PutCalibration(json, header.calibration);
+  if (header.machine != RecordedMachine{}) {
+    json.Key("machine");
+    PutMachine(json, header.machine);
+  }
+  if (header.reference) json.Key("reference").Raw(Dump(JsonFromReference(*header.reference)));
+  return json.Close('}').Take();
 }
 
 tl::expected<ScanHeader, std::string> HeaderFromJson(std::string_view text) {

@@ -19,7 +19,7 @@ inline const RingSolution& SampleSolution() {
     errors.pose.tilt_x = 0.003;
     const RingCalibration truth = sim::RandomRing(600.0, errors, kSeed);
     const std::vector<RigTarget> rig = TwoCylinders(kSeed);
-    const std::vector<RigPlacement> plan = EightPlacements(kSeed);
+    const std::vector<RigPlacement> plan = NinePlacements(kSeed);
     RigOptions options;
     options.pitch_mm = 16.0;
     std::vector<TargetScan> scans;
