@@ -46,16 +46,27 @@ std::vector<double> Positions(const std::vector<Group>& groups, const std::vecto
   return positions;
 }
 
-/// Where the sensor of a sample stands around the ring: where its beam comes from. On an ideal ring that is the
-/// sample's own theta; where beams do not aim at the axis quite, points near it lie columns apart from their sensor,
-/// and would change places with those of its neighbours.
-double DirectionOf(const SurfaceSample& sample) {
+/// Where a sample's beam comes from, rad; its own theta if that is not known.
+double HeadingOf(const SurfaceSample& sample) {
   constexpr double kSame = 1e-5;  // rad; the rounding of ray_direction
   const double x = -static_cast<double>(sample.ray_direction.x());
   const double y = -static_cast<double>(sample.ray_direction.y());
   if (x == 0.0 && y == 0.0) return sample.theta;
   const double heading = std::atan2(y, x);
   return std::abs(AngleDifference(heading, sample.theta)) < kSame ? sample.theta : WrapAngle(heading);
+}
+
+/// Whether thetas are about the axis that the beams aim at, if not quite: the ring's own, not that of a limb.
+bool AboutRing(std::span<const SurfaceSample> samples) {
+  constexpr double kCrooked = 0.2;  // rad; 4 mm beside the axis at a radius of 20 mm
+  std::size_t usable = 0;
+  std::size_t near = 0;
+  for (const SurfaceSample& sample : samples) {
+    if (!IsUsable(sample)) continue;
+    ++usable;
+    near += std::abs(AngleDifference(HeadingOf(sample), sample.theta)) < kCrooked ? 1 : 0;
+  }
+  return 10 * near >= 9 * usable;
 }
 
 /// The sensors that gave usable samples, in order of appearance.
@@ -65,10 +76,13 @@ struct SensorGroups {
   std::size_t usable = 0;                ///< Samples.
 
   explicit SensorGroups(std::span<const SurfaceSample> samples) {
+    // A column stands where its sensor does. Where beams do not aim at the axis quite, points near it lie columns apart
+    // from their sensor, and would change places with those of its neighbours.
+    const bool by_heading = AboutRing(samples);
     for (const SurfaceSample& s : samples) {
       if (!IsUsable(s)) continue;
       ++usable;
-      const double direction = DirectionOf(s);
+      const double direction = by_heading ? HeadingOf(s) : s.theta;
       if (s.sensor >= of_sensor.size()) of_sensor.resize(std::size_t{s.sensor} + 1, kEmpty);
       std::uint32_t& group = of_sensor[s.sensor];
       if (group == kEmpty) {

@@ -76,7 +76,8 @@ struct SwayEstimate {
   std::string reason;                    ///< Why it is not seen, or not worth a correction; else empty.
   std::vector<SwayLevel> levels;         ///< In order of time.
   std::vector<SurfaceSample> corrected;  ///< The samples moved back; as they were where nothing was seen.
-  /// Of a surface that is fitted to `corrected`; nothing if unknown, or if the person stood still.
+  /// Of a surface that is fitted to `corrected`, full form, without a displacement or turn that all sections share;
+  /// nothing if unknown, or if the person stood still.
   std::optional<SwayErrors> errors;
   SwaySummary summary;
 

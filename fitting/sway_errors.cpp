@@ -88,6 +88,16 @@ double ShapeRms(const std::vector<double>& heights, const MatrixXd& sections) {
                     Rms(WithoutRigid(heights, sections.middleRows(n, n))));
 }
 
+/// The covariance of the sections' displacements about their means over the heights: where a body stands, and how it is
+/// turned as a whole, is no error of anything that is measured on it.
+MatrixXd WithoutCommon(const MatrixXd& covariance) {
+  const Index n = covariance.rows() / 3;
+  MatrixXd centre = MatrixXd::Identity(3 * n, 3 * n);
+  for (Index a = 0; a < 3; ++a) centre.block(a * n, a * n, n, n).array() -= 1.0 / static_cast<double>(n);
+  const MatrixXd rest = centre * covariance * centre.transpose();
+  return 0.5 * (rest + rest.transpose());
+}
+
 /// The parametric form that comes closest, for readers that know no other: sds of the displacement without the mean,
 /// and the length at which differences have the size that they have 200 mm apart.
 void FillParameters(SwayErrors& errors) {
@@ -192,7 +202,7 @@ void FillSway(const SwayAlignment& alignment, SwayEstimate& estimate) {
   SwayErrors errors;
   errors.heights = sections.heights;
   errors.covariance = by * posterior.covariance * by.transpose() + (mean - out) * (mean - out).transpose();
-  errors.covariance = (0.5 * (errors.covariance + errors.covariance.transpose())).eval();
+  errors.covariance = WithoutCommon(errors.covariance);
   FillParameters(errors);
   summary.unremoved_mm = ShapeRms(sections.heights, by * draws);
   summary.remaining_mm = ShapeRms(sections.heights, (by * draws).colwise() - out);

@@ -132,8 +132,27 @@ double SwayVariance(const SwayErrors& sway, const Sensitivity& s) {
   return sway.sigma_x * sway.sigma_x * x + sway.sigma_y * sway.sigma_y * y;
 }
 
+/// Takes from derivatives by the rows' displacements what a common displacement would do, from each as it is large.
+void TakeOutCommon(std::vector<double>& by) {
+  double sum = 0.0;
+  double size = 0.0;
+  for (const double derivative : by) {
+    sum += derivative;
+    size += std::abs(derivative);
+  }
+  if (!(size > 0.0)) return;
+  for (double& derivative : by) derivative -= sum * std::abs(derivative) / size;
+}
+
 /// Rounding may leave a variance of 0 a little below it.
 double Sigma(double variance) { return std::sqrt(std::max(0.0, variance)); }
+
+SystematicSigmas SigmasOf(const SystematicErrors& errors, const Sensitivity& s) {
+  SystematicSigmas sigmas;
+  if (errors.calibration) sigmas.calibration = Sigma(CalibrationVariance(*errors.calibration, s));
+  if (errors.sway) sigmas.sway = Sigma(SwayVariance(*errors.sway, s));
+  return sigmas;
+}
 
 }  // namespace
 
@@ -141,10 +160,18 @@ SystematicSigmas SigmasFrom(const SystematicErrors& errors, const MeasuredSurfac
   if (estimate.gradient.size() == 0) return {};
   ENSURE(estimate.gradient.size() == body.surface().coefficients().size(), "the gradient is by this surface");
   const Sensitivity s = Gather(body.surface(), estimate.gradient);
-  SystematicSigmas sigmas;
-  if (errors.calibration) sigmas.calibration = Sigma(CalibrationVariance(*errors.calibration, s));
-  if (errors.sway) sigmas.sway = Sigma(SwayVariance(*errors.sway, s));
-  return sigmas;
+  return SigmasOf(errors, s);
+}
+
+SystematicSigmas SigmasOfInvariant(const SystematicErrors& errors, const MeasuredSurface& body,
+                                   const Estimate& estimate) {
+  if (estimate.gradient.size() == 0) return {};
+  ENSURE(estimate.gradient.size() == body.surface().coefficients().size(), "the gradient is by this surface");
+  Sensitivity s = Gather(body.surface(), estimate.gradient);
+  if (errors.sway && errors.sway->full()) {
+    for (std::vector<double>* by : {&s.x, &s.y, &s.yaw}) TakeOutCommon(*by);
+  }
+  return SigmasOf(errors, s);
 }
 
 }  // namespace annulus

@@ -25,4 +25,10 @@ struct SystematicSigmas {
 [[nodiscard]] SystematicSigmas SigmasFrom(const SystematicErrors& errors, const MeasuredSurface& body,
                                           const Estimate& estimate);
 
+/// The same of a number that does not depend on where the body stands and how it is turned, such as a girth or a
+/// distance of landmarks: of a sway in full form, what the first order says of a common displacement or turn of all
+/// sections (beside a step of the radius, an ear's edge, much) is none of the number's, and is taken out.
+[[nodiscard]] SystematicSigmas SigmasOfInvariant(const SystematicErrors& errors, const MeasuredSurface& body,
+                                                 const Estimate& estimate);
+
 }  // namespace annulus

@@ -63,7 +63,7 @@ MeasurementTable MeasurementList::Finish() {
     if (std::isnan(numbers[k].sigma)) budget.fit = numbers[k].sigma;
     budget.landmarks = std::sqrt(raw.placing_variance);
     if (const SystematicErrors* errors = body_->systematic()) {
-      const SystematicSigmas sigmas = SigmasFrom(at_right_heights, *body_, raw.estimate);
+      const SystematicSigmas sigmas = SigmasOfInvariant(at_right_heights, *body_, raw.estimate);
       const double scale = errors->calibration ? errors->calibration->height_scale_sigma * raw.height_share : 0.0;
       const double offset = errors->calibration ? errors->calibration->height_offset_sigma * raw.height_offset : 0.0;
       budget.calibration = std::hypot(sigmas.calibration, scale, offset);
