@@ -327,7 +327,7 @@ class PlacementSearch {
       const double after = Cost(ba, a, kept) + Cost(ab, b, kept);
       evidence.gain += Cost(aa, a, kept) + Cost(bb, b, kept) - after;
       left += after;
-      fits += kept.sum() + kMostLeft;
+      fits += kept.sum() + std::max(kMostLeft, kLeftEach * kept.sum());
     }
     // Two sensors that are wrong may fit better in each other's place without fitting there.
     return left <= fits ? evidence : Evidence{};
@@ -337,7 +337,8 @@ class PlacementSearch {
   }
 
  private:
-  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square.
+  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square …
+  static constexpr double kLeftEach = 4.0;  ///< … or so much per placement: large aims are not linear.
 
   static double Square(double number) { return number * number; }
   static double SlopeAt(const std::vector<double>& slopes, std::size_t place) {
