@@ -26,12 +26,12 @@ constexpr double kNormal = 1.4826;
 
 /// By how much an exchange explains the readings better.
 struct Evidence {
-  double gain = 0.0;   ///< In log-likelihood.
-  double sigma = 0.0;  ///< sd of the gain of an exchange that changes nothing.
+  double gain = 0.0;    ///< In log-likelihood.
+  double sigma = 0.0;   ///< sd of the gain of an exchange that changes nothing.
+  double least = 15.0;  ///< From here on it is believed.
   [[nodiscard]] bool Clear() const {
-    constexpr double kLeastGain = 15.0;
     constexpr double kLeastSigmas = 4.0;
-    return gain > kLeastGain && gain > kLeastSigmas * sigma;
+    return gain > least && gain > kLeastSigmas * sigma;
   }
 };
 
@@ -312,6 +312,8 @@ class PlacementSearch {
 
   [[nodiscard]] Evidence Try(const Candidate& candidate) const {
     Evidence evidence;
+    constexpr double kLeastOfMany = 8.0;  // several placements that all fit are no chance
+    if (placements_.size() >= 4) evidence.least = kLeastOfMany;
     double left = 0.0;
     double fits = 0.0;
     for (std::size_t k = 0; k < candidate.count; ++k) {
