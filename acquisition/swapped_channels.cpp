@@ -26,12 +26,12 @@ constexpr double kNormal = 1.4826;
 
 /// By how much an exchange explains the readings better.
 struct Evidence {
-  double gain = 0.0;   ///< In log-likelihood.
-  double sigma = 0.0;  ///< sd of the gain of an exchange that changes nothing.
+  double gain = 0.0;    ///< In log-likelihood.
+  double sigma = 0.0;   ///< sd of the gain of an exchange that changes nothing.
+  double least = 15.0;  ///< From here on it is believed.
   [[nodiscard]] bool Clear() const {
-    constexpr double kLeastGain = 15.0;
     constexpr double kLeastSigmas = 4.0;
-    return gain > kLeastGain && gain > kLeastSigmas * sigma;
+    return gain > least && gain > kLeastSigmas * sigma;
   }
 };
 
@@ -312,6 +312,8 @@ class PlacementSearch {
 
   [[nodiscard]] Evidence Try(const Candidate& candidate) const {
     Evidence evidence;
+    constexpr double kLeastOfMany = 8.0;  // several placements that all fit are no chance
+    if (placements_.size() >= 4) evidence.least = kLeastOfMany;
     double left = 0.0;
     double fits = 0.0;
     for (std::size_t k = 0; k < candidate.count; ++k) {
@@ -327,7 +329,7 @@ class PlacementSearch {
       const double after = Cost(ba, a, kept) + Cost(ab, b, kept);
       evidence.gain += Cost(aa, a, kept) + Cost(bb, b, kept) - after;
       left += after;
-      fits += kept.sum() + kMostLeft;
+      fits += kept.sum() + std::max(kMostLeft, kLeftEach * kept.sum());
     }
     // Two sensors that are wrong may fit better in each other's place without fitting there.
     return left <= fits ? evidence : Evidence{};
@@ -337,7 +339,8 @@ class PlacementSearch {
   }
 
  private:
-  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square.
+  static constexpr double kMostLeft = 8.0;  ///< Of two costs of 4 sd, beyond the mean of chi-square …
+  static constexpr double kLeftEach = 4.0;  ///< … or so much per placement: large aims are not linear.
 
   static double Square(double number) { return number * number; }
   static double SlopeAt(const std::vector<double>& slopes, std::size_t place) {
