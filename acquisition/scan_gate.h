@@ -20,10 +20,10 @@ struct ArmRequest {
 
 /// What others say before a scan may be armed: each a success, or what is missing and what to do.
 struct GateAnswer {
-  Status customer;   ///< A customer is bound to this scan.
-  Status consent;    ///< And has consented to it.
-  Status store;      ///< The store takes the scan's record.
-  Status reference;  ///< The ring's reference check is not too old and was good.
+  Status customer;     ///< A customer is bound to this scan.
+  Status consent;      ///< And has consented to it.
+  Status store;        ///< The store takes the scan's record.
+  Status reference;    ///< The ring's reference check is not too old and was good.
   Status calibration;  ///< The ring's calibration is there, whole, of these boards and not expired, or not needed.
 };
 
