@@ -66,6 +66,8 @@ Status UsbBoardLink::Order(BoardRequest request, std::span<const std::byte> data
 }
 
 Status UsbBoardLink::Submit() {
+  // Room first: a transfer that runs and of which nothing is known could never be ended.
+  if (tokens_.size() == tokens_.capacity()) tokens_.reserve(2 * tokens_.size() + 4);
   auto token = port_->SubmitBulkIn(kLevelEndpoint, kTransferBytes);
   if (!token) return Broken(token.error());
   tokens_.push_back(*token);
