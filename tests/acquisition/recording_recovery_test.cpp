@@ -121,7 +121,8 @@ TEST(RecoverRecording, WithABitFlippedLosesAtMostOneLevelAndChangesNone) {
     const auto summary = RecoverRecording(storage, "flipped.mcap", kOut);
     ASSERT_TRUE(summary) << "bit " << bit << ": " << summary.error().Text();
     ASSERT_GE(summary->levels, 3U) << "bit " << bit;
-    ASSERT_EQ(summary->lossless, summary->messages_lost.empty()) << "bit " << bit;
+    // A bit may turn an index into what looks like a record without a CRC, which is left out and counted.
+    ASSERT_EQ(summary->lossless, summary->messages_lost.empty() && summary->unprotected == 0) << "bit " << bit;
     if (!summary->lossless) ++with_loss;
     const auto again = RecoverRecording(storage, kOut, "again.mcap");
     ASSERT_TRUE(again) << "bit " << bit;
