@@ -146,7 +146,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
   std::chrono::nanoseconds start_pressed_at{0};
   std::vector<std::string> warnings;
-  std::string reference_note;  ///< Why the reference board gives no readings now; a warning while it is so.
+  std::string reference_note;    ///< Why the reference board gives no readings now; a warning while it is so.
   std::string temperature_note;  ///< Why the calibration may not hold at the ring's temperature; likewise.
   std::string stage;
   double done = 0.0;

@@ -118,8 +118,8 @@ struct RingSolution {
   std::vector<BudgetLine> budget;  ///< Last line: all together.
   std::vector<BinResidual> residuals;
   std::vector<SensorExchange> exchanges;  ///< Not corrected: the calibration is of no use until they are.
-  bool quadratic = false;     ///< A quadratic term was needed.
-  bool height_scale = false;  ///< Heights were measured by a step target.
+  bool quadratic = false;                 ///< A quadratic term was needed.
+  bool height_scale = false;              ///< Heights were measured by a step target.
   double noise_mm = 0.0;
   double chi_square = 0.0;  ///< Of the bins, per degree of freedom.
   double cost_start = 0.0, cost_end = 0.0;

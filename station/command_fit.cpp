@@ -15,7 +15,6 @@
 #include "station/key_file.h"
 #include "station/paper_picture.h"
 #include "station/sway_report.h"
-#include "station/sway_report.h"
 
 namespace annulus {
 namespace {

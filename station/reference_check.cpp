@@ -1,7 +1,5 @@
 #include "station/reference_check.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
