@@ -130,7 +130,7 @@ std::optional<TargetPose> ColumnPose(const Cloud& cloud, const CalibrationTarget
   pose.slope_y = line(1, 1);
   if (target.kind == Kind::kStep) {
     // The foot: the heights of the edges are over it. The lowest section seen stands near it.
-    const double foot = target.edges_mm.empty() ? column.front().z : column.front().z;
+    const double foot = column.front().z;
     pose.x += (foot - middle) * pose.slope_x;
     pose.y += (foot - middle) * pose.slope_y;
     pose.z = foot;
