@@ -223,6 +223,8 @@ double CurveParameterAt(const BezierCurve& curve, double z) {
 
 Vector3d Mitre(const Vector3d& a, const Vector3d& b) { return (a + b) / (1.0 + a.dot(b)); }
 
+double GrooveLip(double opening_share) { return PlaceAt(DepthParameter(opening_share)); }
+
 double BridgeZ(const FrameDesign& d) { return d.parameters.bridge_height - 0.5 * d.parameters.height; }
 double TempleZ(const FrameDesign& d) { return d.arm_height() - 0.5 * d.parameters.height; }
 
