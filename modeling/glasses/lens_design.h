@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "base/units.h"
 #include "modeling/glasses/lens_bevel.h"
+#include "modeling/glasses/lens_form.h"
 #include "modeling/glasses/lens_material.h"
 #include "modeling/glasses/lens_outline.h"
 #include "modeling/glasses/lens_power.h"
@@ -44,11 +45,6 @@ enum class BaseCurveRule {
   kVogel,         ///< Plus: SE + 6; minus: SE/2 + 6; kept within 0…16 D.
   kVogelStocked,  ///< The nearest of LensOptions::stocked_bases to it.
   kGiven,         ///< LensOptions::given_base for both eyes.
-};
-/// What a lens's ordered power is: how front and back make it.
-enum class PowerModel {
-  kBackVertex,  ///< F2 = Fv − F1 / (1 − F1·t/n): the focimeter reads the order.
-  kThinSum,     ///< F2 = F − F1.
 };
 /// Which power the lens is made with.
 enum class PowerOrder {

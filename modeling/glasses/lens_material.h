@@ -23,7 +23,7 @@ struct LensMaterial {
 /// "d" or "e".
 [[nodiscard]] std::string_view SpectralLineName(SpectralLine line);
 
-/// Usual materials, by rising index: cr39 1.498, crown-glass 1.523, trivex 1.53, polycarbonate 1.586 (d line); 1.60,
+/// Usual materials, by rising index: cr39 1.498, crown-glass 1.523, trivex 1.532, polycarbonate 1.586 (d line); 1.60,
 /// 1.67, 1.74 (e line).
 [[nodiscard]] std::span<const LensMaterial> LensMaterials();
 /// A material of the catalogue; an unknown name is an error that lists the known ones.
