@@ -272,7 +272,7 @@ Result<Inspection> InspectFile(const std::string& path, const KeySource* keys, C
     const auto worn = WornFrameFromJson(text, path);
     if (!worn) return Fail(worn);
     return Inspection{Json{{"kind", "worn frame"},
-                           {"width_mm", worn->parameters.width},
+                           {"width_mm", worn->design.parameters.width},
                            {"tilt_deg", DegreesFromRadians(worn->tilt)},
                            {"forward_shift_mm", worn->forward_shift},
                            {"clearance_mm", worn->clearance}},

@@ -50,7 +50,7 @@ Json WornReport(const WornFrame& worn) {
     points[std::string(named.name)] = {{"position_mm", PointToJson(point.position)},
                                        {"source", LandmarkSourceName(point.source)}};
   }
-  return {{"width_mm", worn.parameters.width},
+  return {{"width_mm", worn.design.parameters.width},
           {"tilt_deg", DegreesFromRadians(worn.tilt)},
           {"forward_shift_mm", worn.forward_shift},
           {"clearance_mm", worn.clearance},
@@ -69,7 +69,7 @@ std::string WornText(const WornFrame& worn) {
   std::string text = fmt::format(
       "rim width {:.1f} mm, tilt {:.1f} degrees, moved {:.1f} mm forward to clear the face by "
       "{:.1f} mm\n",
-      worn.parameters.width, DegreesFromRadians(worn.tilt), worn.forward_shift, worn.clearance);
+      worn.design.parameters.width, DegreesFromRadians(worn.tilt), worn.forward_shift, worn.clearance);
   text += fmt::format("residuals: eyes {:.2f} and {:.2f} mm, bridge {:.2f} mm, ears {:.2f} and {:.2f} mm\n",
                       worn.residuals.eye_right, worn.residuals.eye_left, worn.residuals.bridge,
                       worn.residuals.ear_right, worn.residuals.ear_left);

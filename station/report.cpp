@@ -154,7 +154,7 @@ std::string Glasses(const DemoGlasses& glasses) {
   html +=
       Fact("Made to measure", fmt::format("rims {:.1f} mm wide and {:.1f} mm high, temples {:.1f} mm (right) and "
                                           "{:.1f} mm (left) from bend to bend",
-                                          worn.parameters.width, worn.parameters.height, worn.l6_right, worn.l6_left));
+                                          worn.design.parameters.width, worn.design.parameters.height, worn.l6_right, worn.l6_left));
   html += Fact("Placed", fmt::format("tilted {:.0f}°, moved {:.1f} mm forward to keep {:.1f} mm off the face",
                                      DegreesFromRadians(worn.tilt), worn.forward_shift, worn.clearance));
   html += Fact("Residuals", fmt::format("eyes {:.2f} and {:.2f} mm, bridge {:.2f} mm, ears {:.2f} and {:.2f} mm",

@@ -6,10 +6,10 @@
 
 namespace annulus {
 
-Result<WornFrame> FitFrame(const SplineSurface& head, const FrameParameters& parameters) {
+Result<WornFrame> FitFrame(const SplineSurface& head, const FrameDesign& design) {
   const auto face = FindFacePoints(head);
   if (!face) return Fail(face);
-  auto placed = PlaceFrame(parameters, *face);
+  auto placed = PlaceFrame(design, *face);
   if (!placed) return placed;
   return ClearHead(*placed, head);
 }

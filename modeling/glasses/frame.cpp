@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -19,6 +20,8 @@ using Eigen::Vector3d;
 constexpr double kHiddenEndTaper = 0.9;
 /// l6 / l1 of a frame that nobody wears.
 constexpr double kStraightArmShare = 1.7;
+/// Points of a lens' outline on each of the rim's four tubes.
+constexpr int kOutlineSteps = 180;
 /// Part R bends by 45° (fig. 16), half of it at each of its two inner control sections.
 constexpr double kEarBend = kPi / 4.0;
 /// Shortest l6, in units of l7: below, the joint's section would have to turn over to stay smooth.
@@ -34,17 +37,19 @@ struct Octagon {
 };
 
 /// P1 … P4 (upper outer, upper inner, lower inner, lower outer) of the right rim (fig. 9).
-std::array<Vector3d, 4> Rectangle(const FrameParameters& p) {
-  const double outer = 0.5 * (p.rim_spacing() + p.width);
-  const double inner = 0.5 * (p.rim_spacing() - p.width);
-  const double top = 0.5 * p.height;
+std::array<Vector3d, 4> Rectangle(const FrameDesign& d) {
+  const double outer = 0.5 * (d.rim_spacing() + d.parameters.width);
+  const double inner = 0.5 * (d.rim_spacing() - d.parameters.width);
+  const double top = 0.5 * d.parameters.height;
   return {Vector3d(outer, 0.0, top), Vector3d(inner, 0.0, top), Vector3d(inner, 0.0, -top), Vector3d(outer, 0.0, -top)};
 }
 
-Octagon MakeOctagon(const FrameParameters& p) {
-  const std::array<Vector3d, 4> corner = Rectangle(p);
-  const std::array<double, 4> cut{p.upper_outer, p.upper_inner, p.lower_inner, p.lower_outer};  // t0, t3, t6, t9
-  const std::array<double, 4> thickness{p.upper_thickness, p.upper_thickness, p.lower_thickness, p.lower_thickness};
+Octagon MakeOctagon(const FrameDesign& d) {
+  const std::array<Vector3d, 4> corner = Rectangle(d);
+  const std::array<double, 4> cut{d.parameters.upper_outer, d.parameters.upper_inner, d.parameters.lower_inner,
+                                  d.parameters.lower_outer};  // t0, t3, t6, t9
+  const std::array<double, 4> thickness{d.parameters.upper_thickness, d.parameters.upper_thickness,
+                                        d.parameters.lower_thickness, d.parameters.lower_thickness};
   // Outward normals of the sides P1P2, P2P3, P3P4, P4P1.
   const std::array<Vector3d, 4> normal{Vector3d::UnitZ(), -Vector3d::UnitX(), -Vector3d::UnitZ(), Vector3d::UnitX()};
   Octagon octagon;
@@ -67,22 +72,22 @@ Octagon MakeOctagon(const FrameParameters& p) {
   return octagon;
 }
 
-TubeSection RimSection(const FrameParameters& p, const Octagon& octagon, std::size_t k) {
-  return {octagon.m[k % 12], octagon.half_width[k % 12], Vector3d(0.0, 0.5 * p.depth(), 0.0)};
+TubeSection RimSection(const FrameDesign& d, const Octagon& octagon, std::size_t k) {
+  return {octagon.m[k % 12], octagon.half_width[k % 12], Vector3d(0.0, 0.5 * d.depth(), 0.0)};
 }
 
-BezierTube RimTube(const FrameParameters& p, const Octagon& octagon, std::size_t k) {
-  return BezierTube({RimSection(p, octagon, 3 * k), RimSection(p, octagon, 3 * k + 1),
-                     RimSection(p, octagon, 3 * k + 2), RimSection(p, octagon, 3 * k + 3)});
+BezierTube RimTube(const FrameDesign& d, const Octagon& octagon, std::size_t k) {
+  return BezierTube({RimSection(d, octagon, 3 * k), RimSection(d, octagon, 3 * k + 1),
+                     RimSection(d, octagon, 3 * k + 2), RimSection(d, octagon, 3 * k + 3)});
 }
 
 /// §3.6: the boundary control points are the rim's inner ones, the inner four the third points of P1P2P3P4 raised 3s.
-BezierPatch LensPatch(const FrameParameters& p, const Octagon& octagon) {
+BezierPatch LensPatch(const FrameDesign& d, const Octagon& octagon) {
   const auto inner = [&octagon](std::size_t k) -> Vector3d { return octagon.m[k % 12] - octagon.half_width[k % 12]; };
-  const std::array<Vector3d, 4> corner = Rectangle(p);
+  const std::array<Vector3d, 4> corner = Rectangle(d);
   const Vector3d right = (corner[1] - corner[0]) / 3.0;
   const Vector3d down = (corner[3] - corner[0]) / 3.0;
-  const Vector3d raised = corner[0] + Vector3d(0.0, 3.0 * p.depth(), 0.0);
+  const Vector3d raised = corner[0] + Vector3d(0.0, 3.0 * d.depth(), 0.0);
   BezierPatch::ControlNet net;
   net[0] = {inner(0), inner(1), inner(2), inner(3)};
   net[1] = {inner(11), raised + right + down, raised + 2.0 * right + down, inner(4)};
@@ -115,25 +120,27 @@ Vector3d CentreLineAtHeight(const BezierTube& tube, double z) {
   return tube.CentreLine(0.5 * (low + high));
 }
 
-/// z of the centre line of bridge and temples, l3 above P3P4.
-double AttachmentHeight(const FrameParameters& p) { return p.bridge_height - 0.5 * p.height; }
+/// z of a height over P3P4.
+double OverLowerEdge(const FrameDesign& d, double height) { return height - 0.5 * d.parameters.height; }
+double BridgeZ(const FrameDesign& d) { return OverLowerEdge(d, d.parameters.bridge_height); }
+double TempleZ(const FrameDesign& d) { return OverLowerEdge(d, d.arm_height()); }
 
-/// The section in which a bridge or temple ends inside the rim: its seams lie on the rim's centre line (§3.5).
-TubeSection HiddenEnd(const FrameParameters& p, const BezierTube& side) {
-  const double z = AttachmentHeight(p);
-  const Vector3d top = CentreLineAtHeight(side, z + 0.5 * p.upper_thickness);
-  const Vector3d bottom = CentreLineAtHeight(side, z - 0.5 * p.upper_thickness);
-  return {0.5 * (top + bottom), 0.5 * (top - bottom), Vector3d(0.0, 0.5 * kHiddenEndTaper * p.depth(), 0.0)};
+/// The section, `width` high about `z`, in which a bridge or temple ends inside the rim: its seams lie on the rim's
+/// centre line (§3.5).
+TubeSection HiddenEnd(const FrameDesign& d, const BezierTube& side, double z, double width) {
+  const Vector3d top = CentreLineAtHeight(side, z + 0.5 * width);
+  const Vector3d bottom = CentreLineAtHeight(side, z - 0.5 * width);
+  return {0.5 * (top + bottom), 0.5 * (top - bottom), Vector3d(0.0, 0.5 * kHiddenEndTaper * d.depth(), 0.0)};
 }
 
-BezierTube MakeBridge(const FrameParameters& p, const BezierTube& nose_side) {
-  const TubeSection right = HiddenEnd(p, nose_side);
+BezierTube MakeBridge(const FrameDesign& d, const BezierTube& nose_side) {
+  const TubeSection right = HiddenEnd(d, nose_side, BridgeZ(d), d.parameters.upper_thickness);
   TubeSection left = right;
   left.centre.x() = -right.centre.x();
   left.half_width.x() = -right.half_width.x();
   const auto between = [&](double share) -> TubeSection {
-    return {(1.0 - share) * right.centre + share * left.centre, Vector3d(0.0, 0.0, 0.5 * p.upper_thickness),
-            Vector3d(0.0, 0.5 * p.depth(), 0.0)};
+    return {(1.0 - share) * right.centre + share * left.centre, Vector3d(0.0, 0.0, 0.5 * d.parameters.upper_thickness),
+            Vector3d(0.0, 0.5 * d.depth(), 0.0)};
   };
   return BezierTube({right, between(1.0 / 3.0), between(2.0 / 3.0), left});
 }
@@ -164,16 +171,16 @@ ArmAxis AimAtEar(const Vector3d& hinge, const Vector3d& ear, double s) {
 }
 
 /// R behind the joint at `joint` (fig. 16), rows from the tip forward.
-BezierTube MakeEarPart(const FrameParameters& p, const ArmAxis& axis, const Vector3d& joint, double l6) {
-  const double s = p.depth();
-  const double d1 = p.upper_thickness;
-  const double l7 = p.arm_segment();
+BezierTube MakeEarPart(const FrameDesign& d, const ArmAxis& axis, const Vector3d& joint, double l6) {
+  const double s = d.depth();
+  const double d1 = d.arm_width();
+  const double l7 = d.parameters.arm_segment();
   const auto back = [&axis](double bend) -> Vector3d { return std::cos(bend) * axis.back - std::sin(bend) * axis.up; };
   const auto up = [&axis](double bend) -> Vector3d { return std::cos(bend) * axis.up + std::sin(bend) * axis.back; };
   const Vector3d half_depth = 0.5 * s * axis.outward;
   const Vector3d row2 = joint + l7 * axis.back;
-  const Vector3d row1 = row2 + p.arm_segment() * back(0.5 * kEarBend);
-  const Vector3d row0 = row1 + p.arm_segment() * back(kEarBend);
+  const Vector3d row1 = row2 + d.parameters.arm_segment() * back(0.5 * kEarBend);
+  const Vector3d row0 = row1 + d.parameters.arm_segment() * back(kEarBend);
   // The paper gives row 2 the height s. F tapers from d1 to s towards the joint; going on at the same slope makes it
   // G1.
   const double height2 = s - (d1 - s) * l7 / l6;
@@ -184,11 +191,11 @@ BezierTube MakeEarPart(const FrameParameters& p, const ArmAxis& axis, const Vect
 }
 
 /// The right temple. F leaves the rim along +x, turns by about 90° at its row 2 and runs to the ear.
-Result<FrameArm> MakeArm(const FrameParameters& p, const BezierTube& temple_side, const Vector3d& ear,
+Result<FrameArm> MakeArm(const FrameDesign& d, const BezierTube& temple_side, const Vector3d& ear,
                          const char* side_name) {
-  const TubeSection row3 = HiddenEnd(p, temple_side);
-  const Vector3d hinge = row3.centre + Vector3d(p.arm_segment(), 0.0, 0.0);
-  const double nearest = p.arm_segment() * (1.0 + kShortestArm);
+  const TubeSection row3 = HiddenEnd(d, temple_side, TempleZ(d), d.arm_width());
+  const Vector3d hinge = row3.centre + Vector3d(d.parameters.arm_segment(), 0.0, 0.0);
+  const double nearest = d.parameters.arm_segment() * (1.0 + kShortestArm);
   const double behind = hinge.y() - ear.y();
   if (!ear.allFinite() || !(behind > nearest) || !((ear - hinge).norm() < 1.2 * behind)) {
     return Fail(
@@ -197,10 +204,10 @@ Result<FrameArm> MakeArm(const FrameParameters& p, const BezierTube& temple_side
                     (ear - hinge).norm()),
         fmt::format("check the ear point: it must be more than {:.1f} mm behind, not far to the side", nearest));
   }
-  const double s = p.depth();
-  const double d1 = p.upper_thickness;
+  const double s = d.depth();
+  const double d1 = d.arm_width();
   const ArmAxis axis = AimAtEar(hinge, ear, s);
-  const double l5 = p.arm_segment();
+  const double l5 = d.parameters.arm_segment();
   const double l6 = axis.length - l5;
   const Vector3d joint = hinge + axis.length * axis.back;
   const Vector3d forward = Vector3d::UnitY();
@@ -209,7 +216,7 @@ Result<FrameArm> MakeArm(const FrameParameters& p, const BezierTube& temple_side
                        {hinge + l5 * axis.back, 0.5 * d1 * axis.up, half_depth},
                        {hinge, 0.5 * d1 * Mitre(Vector3d::UnitZ(), axis.up), 0.5 * s * Mitre(forward, axis.outward)},
                        row3}});
-  return FrameArm{f, MakeEarPart(p, axis, joint, l6), l6, joint - 0.5 * s * axis.up};
+  return FrameArm{f, MakeEarPart(d, axis, joint, l6), l6, joint - 0.5 * s * axis.up};
 }
 
 Vector3d MirroredX(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
@@ -220,32 +227,35 @@ FrameArm MirroredArm(const FrameArm& arm) {
 
 }  // namespace
 
-Vector3d Frame::bridge_centre() const { return {0.0, 0.0, AttachmentHeight(parameters)}; }
-Vector3d Frame::rim_centre_right() const { return {0.5 * parameters.rim_spacing(), 0.0, 0.0}; }
-Vector3d Frame::rim_centre_left() const { return {-0.5 * parameters.rim_spacing(), 0.0, 0.0}; }
+Vector3d Frame::bridge_centre() const { return {0.0, 0.0, BridgeZ(design)}; }
+Vector3d Frame::rim_centre_right() const { return {0.5 * design.rim_spacing(), 0.0, 0.0}; }
+Vector3d Frame::rim_centre_left() const { return {-0.5 * design.rim_spacing(), 0.0, 0.0}; }
 
-EarPoints StraightEarPoints(const FrameParameters& parameters) {
-  const BezierTube temple_side = RimTube(parameters, MakeOctagon(parameters), 3);
-  const double x = HiddenEnd(parameters, temple_side).centre.x() + parameters.arm_segment();
-  const double y = -(parameters.arm_segment() + kStraightArmShare * parameters.width);
-  const Vector3d right(x, y, AttachmentHeight(parameters) - 0.5 * parameters.depth());
-  return {right, MirroredX(right)};
+FrameAdjustment StandardAdjustment(const FrameDesign& d) {
+  const BezierTube temple_side = RimTube(d, MakeOctagon(d), 3);
+  const double x = HiddenEnd(d, temple_side, TempleZ(d), d.arm_width()).centre.x() + d.parameters.arm_segment();
+  const double y = -(d.parameters.arm_segment() + kStraightArmShare * d.parameters.width);
+  FrameAdjustment adjustment;
+  adjustment.temple_right.ear = {x, y, TempleZ(d) - 0.5 * d.depth()};
+  adjustment.temple_left.ear = MirroredX(adjustment.temple_right.ear);
+  return adjustment;
 }
 
-Result<Frame> BuildFrame(const FrameParameters& parameters, const EarPoints& ears) {
-  RETURN_IF_ERROR(Validate(parameters));
-  const Octagon octagon = MakeOctagon(parameters);
-  const std::array<BezierTube, 4> rim{RimTube(parameters, octagon, 0), RimTube(parameters, octagon, 1),
-                                      RimTube(parameters, octagon, 2), RimTube(parameters, octagon, 3)};
-  const Result<FrameArm> right = MakeArm(parameters, rim[3], ears.right, "right");
+Result<Frame> BuildFrame(const FrameDesign& design, const FrameAdjustment& adjustment) {
+  RETURN_IF_ERROR(Validate(design));
+  const Octagon octagon = MakeOctagon(design);
+  const std::array<BezierTube, 4> rim{RimTube(design, octagon, 0), RimTube(design, octagon, 1),
+                                      RimTube(design, octagon, 2), RimTube(design, octagon, 3)};
+  const Result<FrameArm> right = MakeArm(design, rim[3], adjustment.temple_right.ear, "right");
   RETURN_IF_ERROR(right);
-  const Result<FrameArm> left = MakeArm(parameters, rim[3], MirroredX(ears.left), "left");
+  const Result<FrameArm> left = MakeArm(design, rim[3], MirroredX(adjustment.temple_left.ear), "left");
   RETURN_IF_ERROR(left);
-  const BezierPatch lens = LensPatch(parameters, octagon);
-  return Frame{parameters,
+  const BezierPatch lens = LensPatch(design, octagon);
+  return Frame{design,
+               adjustment,
                rim,
                {rim[0].MirroredX(), rim[1].MirroredX(), rim[2].MirroredX(), rim[3].MirroredX()},
-               MakeBridge(parameters, rim[1]),
+               MakeBridge(design, rim[1]),
                *right,
                MirroredArm(*left),
                lens,
@@ -258,6 +268,30 @@ std::vector<FramePart> FrameParts(const Frame& frame) {
           {"bridge", {frame.bridge}, TubeEnds::kCapped},
           {"arm_right", {frame.arm_right.r, frame.arm_right.f}, TubeEnds::kCapped},
           {"arm_left", {frame.arm_left.r, frame.arm_left.f}, TubeEnds::kCapped}};
+}
+
+std::vector<FrameBody> FrameBodies(const Frame& frame) {
+  FrameBody body{"frame", {}};
+  for (const FramePart& part : FrameParts(frame)) {
+    body.shells.push_back(ShellOfTubes(part.name, part.tubes, part.ends));
+  }
+  return {body};
+}
+
+LensOutline LensOutlineOf(const Frame& frame, Eye eye) {
+  const auto& rim = eye == Eye::kRight ? frame.rim_right : frame.rim_left;
+  const Vector3d centre = eye == Eye::kRight ? frame.rim_centre_right() : frame.rim_centre_left();
+  LensOutline outline;
+  for (const BezierTube& tube : rim) {
+    for (int step = 0; step < kOutlineSteps; ++step) {
+      const Vector3d p = tube.Point(static_cast<double>(step) / kOutlineSteps, 0.0) - centre;
+      // Front view: the wearer's left is on the viewer's right.
+      outline.points.emplace_back(-p.x(), p.z());
+    }
+  }
+  // The right rim runs M0 (upper outer), M3 (upper inner), …: clockwise seen from the front; its mirror image does not.
+  if (eye == Eye::kRight) std::reverse(outline.points.begin(), outline.points.end());
+  return outline;
 }
 
 std::vector<FrameMesh> TessellateFrameParts(const Frame& frame, const TubeTessellation& tessellation) {

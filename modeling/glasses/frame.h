@@ -8,17 +8,12 @@
 #include "base/result.h"
 #include "modeling/bezier/bezier_patch.h"
 #include "modeling/bezier/bezier_tube.h"
-#include "modeling/glasses/frame_parameters.h"
+#include "modeling/bezier/patch_shell.h"
+#include "modeling/glasses/frame_design.h"
+#include "modeling/glasses/lens_outline.h"
 #include "modeling/mesh/triangle_mesh.h"
 
 namespace annulus {
-
-/// Where the two temples rest, frame frame, mm: the point that Q30ᴬ of each arm's part R meets (paper 000, §3.5, §5
-/// step 4).
-struct EarPoints {
-  Eigen::Vector3d right;
-  Eigen::Vector3d left;
-};
 
 /// One temple (fig. 16): F leaves the rim sideways, turns and runs to the ear; R bends 45° behind it.
 /// Row 3 of F is inside the rim, row 0 of F is row 3 of R, row 0 of R is the tip.
@@ -33,7 +28,8 @@ struct FrameArm {
 /// wearer's right, +y forward, +z up; the rims' centre lines lie in y = 0. Rims, bridge and lenses are mirror images at
 /// x = 0.
 struct Frame {
-  FrameParameters parameters;
+  FrameDesign design;
+  FrameAdjustment adjustment;
   /// M0…M3 (top), M3…M6 (nose), M6…M9 (bottom), M9…M0 (temple). Patch A is the front of the right rim and the back of
   /// the left one; the seam Q_i0ᴬ is the inner outline of both.
   std::array<BezierTube, 4> rim_right;
@@ -51,12 +47,12 @@ struct Frame {
   [[nodiscard]] Eigen::Vector3d rim_centre_left() const;
 };
 
-/// Ear points of a frame that nobody wears: temples straight back, l6 = 1.7·l1.
-[[nodiscard]] EarPoints StraightEarPoints(const FrameParameters& parameters);
+/// The adjustment of a frame that nobody wears: temples straight back, l6 = 1.7·l1. Requires a valid design.
+[[nodiscard]] FrameAdjustment StandardAdjustment(const FrameDesign& design);
 
-/// Builds the frame. Fails if the parameters are invalid (Validate) or an ear point is not behind the hinge by at least
+/// Builds the frame. Fails if the design is invalid (Validate) or an ear point is not behind the hinge by at least
 /// l5 + l7 (the temple could not reach it).
-[[nodiscard]] Result<Frame> BuildFrame(const FrameParameters& parameters, const EarPoints& ears);
+[[nodiscard]] Result<Frame> BuildFrame(const FrameDesign& design, const FrameAdjustment& adjustment);
 
 /// A closed piece of the frame: tubes that follow each other.
 struct FramePart {
@@ -66,6 +62,18 @@ struct FramePart {
 };
 /// The five parts of the solid, lenses not among them. Each is closed; neighbours overlap.
 [[nodiscard]] std::vector<FramePart> FrameParts(const Frame& frame);
+
+/// One piece of the finished frame: shells that overlap and together are one solid.
+struct FrameBody {
+  std::string name;  ///< "frame"; with hinges "front", "temple_right", "temple_left".
+  std::vector<PatchShell> shells;
+};
+/// The bodies that are made and joined: what STL, STEP and volumes are taken from. No lens.
+[[nodiscard]] std::vector<FrameBody> FrameBodies(const Frame& frame);
+
+/// The lens' outline in the plane of its rim, origin at the rim's centre O0 (O0'): the bottom of the groove if there is
+/// one, else the rim's inner outline.
+[[nodiscard]] LensOutline LensOutlineOf(const Frame& frame, Eye eye);
 
 /// A named mesh.
 struct FrameMesh {

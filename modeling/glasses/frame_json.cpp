@@ -205,9 +205,10 @@ std::string WornFrameToJson(const WornFrame& worn) {
   OrderedJson root{
       {"format", kWornFormat},
       {"version", kVersion},
-      {"parameters", ToJson(worn.parameters)},
+      {"parameters", ToJson(worn.design.parameters)},
       {"station_from_frame", ToJson(worn.station_from_frame)},
-      {"ears_in_frame_mm", {{"right", ToJson(worn.ears_in_frame.right)}, {"left", ToJson(worn.ears_in_frame.left)}}},
+      {"ears_in_frame_mm",
+       {{"right", ToJson(worn.adjustment.temple_right.ear)}, {"left", ToJson(worn.adjustment.temple_left.ear)}}},
       {"face_points", ToJson(worn.face)},
       {"tilt_rad", worn.tilt},
       {"tilt_deg", DegreesFromRadians(worn.tilt)}};
@@ -236,10 +237,12 @@ Result<WornFrame> WornFrameFromJson(std::string_view json, std::string_view name
   RETURN_IF_ERROR(tilt);
 
   WornFrame worn;
-  worn.parameters = *parameters;
+  worn.design = *parameters;
+  worn.adjustment = StandardAdjustment(worn.design);
   worn.station_from_frame = *transform;
   worn.face = *face;
-  worn.ears_in_frame = {*ear_right, *ear_left};
+  worn.adjustment.temple_right.ear = *ear_right;
+  worn.adjustment.temple_left.ear = *ear_left;
   worn.tilt = *tilt;
   RETURN_IF_ERROR(ReadNumbers(reader, *root, worn));
   const Result<Frame> frame = BuildWornFrame(worn);

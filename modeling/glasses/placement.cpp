@@ -38,24 +38,24 @@ Status CheckFace(const FacePoints& face) {
 }
 
 struct Pose {
-  FrameParameters parameters;
+  FrameDesign design;
   Eigen::Isometry3d station_from_frame;
 };
 
 /// Steps 1 to 3 solved together. Rotations: first the tilt about x, then the roll about y; the rim centres lie on the
 /// tilt's axis through the origin, so that step 1 fixes roll, size, x and z, and step 2 then fixes y. A tilt about P3P4
 /// differs from one about O0O0' by a translation only.
-Pose SolveSteps1To3(const FrameParameters& parameters, const FacePoints& face, double tilt) {
+Pose SolveSteps1To3(const FrameDesign& design, const FacePoints& face, double tilt) {
   const Vector3d right = face.eye_right.position;
   const Vector3d left = face.eye_left.position;
   const double dx = right.x() - left.x();
   const double dz = right.z() - left.z();
   Pose pose;
-  pose.parameters = ScaledToWidth(parameters, std::hypot(dx, dz) / kRimSpacingShare);
+  pose.design = ScaledToSpacing(design, std::hypot(dx, dz));
   const double roll = std::atan2(-dz, dx);  // About +y: turns +x towards -z.
   const Eigen::Matrix3d rotation =
       (Eigen::AngleAxisd(roll, Vector3d::UnitY()) * Eigen::AngleAxisd(-tilt, Vector3d::UnitX())).toRotationMatrix();
-  const double c_height = pose.parameters.bridge_height - 0.5 * pose.parameters.height;
+  const double c_height = pose.design.parameters.bridge_height - 0.5 * pose.design.parameters.height;
   const double c_forward = (rotation * Vector3d(0.0, 0.0, c_height)).y();
   pose.station_from_frame.setIdentity();
   pose.station_from_frame.linear() = rotation;
@@ -70,9 +70,9 @@ double FrontalDistance(const Vector3d& a, const Vector3d& b) { return std::hypot
 Result<WornFrame> WithTemples(WornFrame worn) {
   const Eigen::Isometry3d& station_from_frame = worn.station_from_frame;
   const Eigen::Isometry3d frame_from_station = station_from_frame.inverse();
-  worn.ears_in_frame = {frame_from_station * worn.face.ear_right.position,
-                        frame_from_station * worn.face.ear_left.position};
-  const Result<Frame> frame = BuildFrame(worn.parameters, worn.ears_in_frame);
+  worn.adjustment.temple_right.ear = frame_from_station * worn.face.ear_right.position;
+  worn.adjustment.temple_left.ear = frame_from_station * worn.face.ear_left.position;
+  const Result<Frame> frame = BuildWornFrame(worn);
   RETURN_IF_ERROR(frame);
   worn.l6_right = frame->arm_right.l6;
   worn.l6_left = frame->arm_left.l6;
@@ -122,16 +122,17 @@ TriangleMesh Moved(TriangleMesh mesh, const Eigen::Isometry3d& station_from_fram
 
 }  // namespace
 
-Result<WornFrame> PlaceFrame(const FrameParameters& parameters, const FacePoints& face, double tilt) {
-  RETURN_IF_ERROR(Validate(parameters));
+Result<WornFrame> PlaceFrame(const FrameDesign& design, const FacePoints& face, double tilt) {
+  RETURN_IF_ERROR(Validate(design));
   RETURN_IF_ERROR(CheckFace(face));
   if (!(std::abs(tilt) <= RadiansFromDegrees(30.0))) {
     return Fail(kAttempt, fmt::format("the tilt is {:.1f} degrees", DegreesFromRadians(tilt)),
                 "choose -30 to 30 degrees");
   }
-  Pose pose = SolveSteps1To3(parameters, face, tilt);
+  const Pose pose = SolveSteps1To3(design, face, tilt);
   WornFrame worn;
-  worn.parameters = pose.parameters;
+  worn.design = pose.design;
+  worn.adjustment = StandardAdjustment(pose.design);
   worn.station_from_frame = pose.station_from_frame;
   worn.face = face;
   worn.tilt = tilt;
@@ -164,7 +165,7 @@ Result<WornFrame> ClearHead(const WornFrame& worn, const SplineSurface& head, do
   return WithTemples(std::move(moved));
 }
 
-Result<Frame> BuildWornFrame(const WornFrame& worn) { return BuildFrame(worn.parameters, worn.ears_in_frame); }
+Result<Frame> BuildWornFrame(const WornFrame& worn) { return BuildFrame(worn.design, worn.adjustment); }
 
 Result<WornMeshes> TessellateWornFrame(const WornFrame& worn, const TubeTessellation& tessellation,
                                        std::size_t lens_steps) {

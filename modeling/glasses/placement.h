@@ -9,7 +9,7 @@
 #include "base/units.h"
 #include "fitting/spline_surface.h"
 #include "modeling/glasses/frame.h"
-#include "modeling/glasses/frame_parameters.h"
+#include "modeling/glasses/frame_design.h"
 #include "modeling/landmarks/face_points.h"
 
 namespace annulus {
@@ -25,9 +25,9 @@ struct PlacementResiduals {
 
 /// A frame on a head: what WORN.json holds. Self-sufficient.
 struct WornFrame {
-  FrameParameters parameters;  ///< Scaled to the face, mm.
+  FrameDesign design;          ///< Scaled to the face, mm.
+  FrameAdjustment adjustment;  ///< Bent for the face.
   Eigen::Isometry3d station_from_frame = Eigen::Isometry3d::Identity();
-  EarPoints ears_in_frame{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   FacePoints face;             ///< What it was placed on, station frame.
   double tilt = 0.0;           ///< Step 3's tilt about P3P4, rad; the lower edge is nearer to the face.
   double forward_shift = 0.0;  ///< mm along +y that ClearHead moved it.
@@ -45,8 +45,7 @@ inline constexpr double kDefaultClearance = 1.0;
 /// Places the frame by steps 1–4 of paper 000, §5: scaled so that O0 and O0' meet the eyes in the frontal view
 /// (l1 = PD / 1.2), C at the forehead's y, tilted by `tilt`, temples to the ears. Steps 1 and 2 hold after the tilt
 /// too: the equations are solved together, not one after the other. Eyes at different heights roll the frame.
-[[nodiscard]] Result<WornFrame> PlaceFrame(const FrameParameters& parameters, const FacePoints& face,
-                                           double tilt = kPaperTilt);
+[[nodiscard]] Result<WornFrame> PlaceFrame(const FrameDesign& design, const FacePoints& face, double tilt = kPaperTilt);
 
 /// Moves the frame forward (+y only; temples follow) by the least amount that keeps rims and bridge `clearance` mm off
 /// the head. Fails if 40 mm are not enough.

@@ -73,12 +73,12 @@ TEST(WornJson, ReadsBackTheSameBits) {
   const auto read = WornFrameFromJson(text, "WORN.json");
   ASSERT_TRUE(read) << read.error().Text();
   EXPECT_EQ(WornFrameToJson(*read), text);
-  EXPECT_EQ(read->parameters, worn.parameters);
+  EXPECT_EQ(read->design, worn.design);
   EXPECT_EQ(read->station_from_frame.matrix(), worn.station_from_frame.matrix());
   EXPECT_EQ(read->face.eye_left.source, LandmarkSource::kGiven);
   EXPECT_EQ(read->face.ear_right.source, LandmarkSource::kProportion);
   EXPECT_EQ(read->tilt, worn.tilt);
-  EXPECT_EQ(read->ears_in_frame.left, worn.ears_in_frame.left);
+  EXPECT_EQ(read->adjustment.temple_left.ear, worn.adjustment.temple_left.ear);
 }
 
 TEST(WornJson, RefusesEveryTruncation) {

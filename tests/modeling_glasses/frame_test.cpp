@@ -21,9 +21,17 @@ namespace {
 using Eigen::Vector3d;
 
 Frame Build(const FrameParameters& parameters) {
-  Result<Frame> frame = BuildFrame(parameters, StraightEarPoints(parameters));
+  Result<Frame> frame = BuildFrame(parameters, StandardAdjustment(parameters));
   EXPECT_TRUE(frame.has_value()) << frame.error().Text();
   return std::move(frame).value();
+}
+
+/// An adjustment whose temples rest on these points.
+FrameAdjustment Ears(const Vector3d& right, const Vector3d& left) {
+  FrameAdjustment adjustment;
+  adjustment.temple_right.ear = right;
+  adjustment.temple_left.ear = left;
+  return adjustment;
 }
 
 Frame BuildStyle(const char* name) { return Build(FindFrameStyle(name).value()); }
@@ -67,7 +75,7 @@ TEST(Frame, QuiteRoundSquareRimIsACircle) {
   // Octagon with t = 0.2516·l1: its curve meets the bisectors at l1/√2 - t = 0.4555·l1 and the axes at
   // l1/2 - t/(4√2) = 0.45552·l1 from the centre; between, no point is 0.05 % off 0.911·l1/2.
   const Frame frame = BuildStyle("example2");
-  const double radius = 0.911 * frame.parameters.width / 2.0;
+  const double radius = 0.911 * frame.design.parameters.width / 2.0;
   double worst = 0.0;
   for (const BezierTube& tube : frame.rim_right) {
     for (double u = 0.0; u <= 1.0; u += 1.0 / 64.0) {
@@ -79,7 +87,7 @@ TEST(Frame, QuiteRoundSquareRimIsACircle) {
 
 TEST(Frame, CentreLineTouchesTheBisectorsAtTheCornerCuts) {
   const Frame frame = BuildStyle("example4");
-  const FrameParameters& p = frame.parameters;
+  const FrameParameters& p = frame.design.parameters;
   const double root = std::numbers::sqrt2;
   // The right rim's rectangle: x from l0/2 to l0/2 + l1, z from -l2/2 to l2/2; M_i is t/√2 inside its corner in x and
   // z.
@@ -113,7 +121,7 @@ TEST(Frame, RimTubesJoinWithC1AlsoWhenUpperAndLowerThicknessDiffer) {
 
 TEST(Frame, RimIsAsWideAsItsThicknessAtTheCornersAndThreeQuartersOfSDeep) {
   const Frame frame = BuildStyle("example4");
-  const FrameParameters& p = frame.parameters;
+  const FrameParameters& p = frame.design.parameters;
   const auto width = [](const BezierTube& tube) { return (tube.Point(0, 0.5) - tube.Point(0, 0.0)).norm(); };
   EXPECT_NEAR(width(frame.rim_right[0]), p.upper_thickness, 1e-12);
   EXPECT_NEAR(width(frame.rim_right[1]), p.upper_thickness, 1e-12);
@@ -141,7 +149,7 @@ TEST(Frame, LensBoundaryIsTheRimsInnerOutline) {
 TEST(Frame, LensBulgesForwardByTheRaisedControlPoints) {
   // Boundary control points in y = 0, inner four at 3s: the middle is (B1 + B2)²·3s = 0.5625·3s forward.
   const Frame frame = BuildStyle("example3");
-  const double s = frame.parameters.depth();
+  const double s = frame.design.parameters.depth();
   EXPECT_NEAR(frame.lens_right.Point(0.5, 0.5).y(), 0.5625 * 3.0 * s, 1e-12);
   EXPECT_NEAR(frame.lens_left.Point(0.5, 0.5).y(), 0.5625 * 3.0 * s, 1e-12);
   for (const BezierPatch& lens : {frame.lens_right, frame.lens_left}) {
@@ -163,6 +171,24 @@ TEST(Frame, LeftIsTheMirrorImageOfRight) {
   EXPECT_LT((frame.arm_left.ear_point - mirror(frame.arm_right.ear_point)).norm(), 1e-12);
 }
 
+TEST(Frame, LensOutlinesAreCounterClockwiseInFrontView) {
+  const Frame frame = BuildStyle("example4");
+  for (const Eye eye : {Eye::kRight, Eye::kLeft}) {
+    const LensOutline outline = LensOutlineOf(frame, eye);
+    double twice_area = 0.0;
+    double nasal = 0.0;
+    for (std::size_t k = 0; k < outline.points.size(); ++k) {
+      const Eigen::Vector2d& a = outline.points[k];
+      const Eigen::Vector2d& b = outline.points[(k + 1) % outline.points.size()];
+      twice_area += a.x() * b.y() - a.y() * b.x();
+      nasal = std::max(nasal, eye == Eye::kRight ? a.x() : -a.x());
+    }
+    EXPECT_GT(twice_area, 0.0);
+    // Seen from the front the right lens has the nose on its right; the rim is half l1 less half its thickness away.
+    EXPECT_GT(nasal, 0.5 * frame.design.parameters.width - 1.5 * frame.design.parameters.upper_thickness);
+  }
+}
+
 TEST(Frame, BridgeAndTemplesEndInsideTheRim) {
   for (const FrameStyle& style : FrameStyles()) {
     const Frame frame = Build(style.parameters);
@@ -180,7 +206,7 @@ TEST(Frame, BridgeAndTemplesEndInsideTheRim) {
 
 TEST(Frame, BridgeIsAtItsHeightAndStraight) {
   const Frame frame = BuildStyle("example4");
-  const FrameParameters& p = frame.parameters;
+  const FrameParameters& p = frame.design.parameters;
   const Vector3d centre(0, 0, p.bridge_height - p.height / 2.0);
   EXPECT_LT((frame.bridge_centre() - centre).norm(), 1e-12);
   EXPECT_LT((frame.bridge.CentreLine(0.5) - centre).norm(), 1e-12);
@@ -191,7 +217,7 @@ TEST(Frame, TempleTurnsNinetyDegreesAndBendsFortyFiveBehindTheEar) {
   const Frame frame = BuildStyle("example2");
   const auto& f = frame.arm_right.f.sections();
   const auto& r = frame.arm_right.r.sections();
-  const double l4 = frame.parameters.width / 10.0;
+  const double l4 = frame.design.parameters.width / 10.0;
   const Vector3d start = f[2].centre - f[3].centre;
   const Vector3d back = f[0].centre - f[1].centre;
   EXPECT_NEAR(start.norm(), l4, 1e-9);
@@ -203,18 +229,18 @@ TEST(Frame, TempleTurnsNinetyDegreesAndBendsFortyFiveBehindTheEar) {
   const Vector3d last = (r[0].centre - r[1].centre).normalized();
   EXPECT_NEAR(std::acos(first.dot(last)), RadiansFromDegrees(45.0), 1e-9);
   EXPECT_LT(last.z(), -0.7);  // Downwards.
-  EXPECT_NEAR(2.0 * f[1].half_width.norm(), frame.parameters.upper_thickness, 1e-12);
-  EXPECT_NEAR(2.0 * f[0].half_width.norm(), frame.parameters.depth(), 1e-12);
-  EXPECT_NEAR(2.0 * r[0].half_width.norm(), frame.parameters.upper_thickness, 1e-12);
+  EXPECT_NEAR(2.0 * f[1].half_width.norm(), frame.design.parameters.upper_thickness, 1e-12);
+  EXPECT_NEAR(2.0 * f[0].half_width.norm(), frame.design.parameters.depth(), 1e-12);
+  EXPECT_NEAR(2.0 * r[0].half_width.norm(), frame.design.parameters.upper_thickness, 1e-12);
 }
 
 TEST(Frame, TempleMeetsTheEarPointsAndItsPartsJoinWithG1) {
   FrameParameters p = FindFrameStyle("example4").value();
-  const EarPoints ears{Vector3d(82, -101, 6), Vector3d(-75, -95, -9)};
+  const FrameAdjustment ears = Ears(Vector3d(82, -101, 6), Vector3d(-75, -95, -9));
   const Result<Frame> frame = BuildFrame(p, ears);
   ASSERT_TRUE(frame) << frame.error().Text();
-  EXPECT_LT((frame->arm_right.r.a().control_point(3, 0) - ears.right).norm(), 1e-12);
-  EXPECT_LT((frame->arm_left.r.a().control_point(3, 0) - ears.left).norm(), 1e-12);
+  EXPECT_LT((frame->arm_right.r.a().control_point(3, 0) - ears.temple_right.ear).norm(), 1e-12);
+  EXPECT_LT((frame->arm_left.r.a().control_point(3, 0) - ears.temple_left.ear).norm(), 1e-12);
   for (const FrameArm& arm : {frame->arm_right, frame->arm_left}) {
     for (double v = 0.0; v <= 1.0; v += 0.125) {
       for (const auto& [rear, front] : {std::pair(arm.r.a(), arm.f.a()), std::pair(arm.r.b(), arm.f.b())}) {
@@ -230,13 +256,13 @@ TEST(Frame, TempleMeetsTheEarPointsAndItsPartsJoinWithG1) {
 
 TEST(Frame, RefusesEarsThatATempleCannotReach) {
   const FrameParameters p;
-  EXPECT_FALSE(BuildFrame(p, {Vector3d(75, 20, 0), Vector3d(-75, -95, 0)}));    // In front.
-  EXPECT_FALSE(BuildFrame(p, {Vector3d(75, -95, 0), Vector3d(-75, -20, 0)}));   // Too near.
-  EXPECT_FALSE(BuildFrame(p, {Vector3d(300, -95, 0), Vector3d(-75, -95, 0)}));  // Far to the side.
-  EXPECT_FALSE(BuildFrame(p, {Vector3d(std::nan(""), -95, 0), Vector3d(-75, -95, 0)}));
+  EXPECT_FALSE(BuildFrame(p, Ears(Vector3d(75, 20, 0), Vector3d(-75, -95, 0))));    // In front.
+  EXPECT_FALSE(BuildFrame(p, Ears(Vector3d(75, -95, 0), Vector3d(-75, -20, 0))));   // Too near.
+  EXPECT_FALSE(BuildFrame(p, Ears(Vector3d(300, -95, 0), Vector3d(-75, -95, 0))));  // Far to the side.
+  EXPECT_FALSE(BuildFrame(p, Ears(Vector3d(std::nan(""), -95, 0), Vector3d(-75, -95, 0))));
   FrameParameters bad;
   bad.height = -1.0;
-  EXPECT_FALSE(BuildFrame(bad, {Vector3d(75, -95, 0), Vector3d(-75, -95, 0)}));
+  EXPECT_FALSE(BuildFrame(bad, Ears(Vector3d(75, -95, 0), Vector3d(-75, -95, 0))));
 }
 
 TEST(Frame, EveryPartIsAClosedSolidForRandomParameters) {

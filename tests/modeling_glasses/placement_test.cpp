@@ -47,8 +47,8 @@ SplineSurface Cylinder(double radius) {
 TEST(Placement, ScalesTheFrameToThePupillaryDistance) {
   const auto worn = PlaceFrame(Style("example3"), LevelFace());
   ASSERT_TRUE(worn) << worn.error().Text();
-  EXPECT_NEAR(worn->parameters.width, 62.0 / 1.2, 1e-9);
-  EXPECT_NEAR(worn->parameters.height, 0.7 * 62.0 / 1.2, 1e-9);
+  EXPECT_NEAR(worn->design.parameters.width, 62.0 / 1.2, 1e-9);
+  EXPECT_NEAR(worn->design.parameters.height, 0.7 * 62.0 / 1.2, 1e-9);
 }
 
 TEST(Placement, HoldsTheFirstTwoStepsAfterTheTilt) {
@@ -71,7 +71,7 @@ TEST(Placement, TiltsTheLowerEdgeTowardsTheFaceByFifteenDegrees) {
   EXPECT_NEAR(up.y(), std::sin(RadiansFromDegrees(15.0)), 1e-12);  // The top leans forward.
   EXPECT_NEAR(up.z(), std::cos(RadiansFromDegrees(15.0)), 1e-12);
   // P3P4 and P1P2 are l2 apart: l2·sin 15° in y.
-  const double half = 0.5 * worn->parameters.height;
+  const double half = 0.5 * worn->design.parameters.height;
   const Vector3d upper = worn->station_from_frame * Vector3d(0, 0, half);
   const Vector3d lower = worn->station_from_frame * Vector3d(0, 0, -half);
   EXPECT_NEAR(upper.y() - lower.y(), 2.0 * half * std::sin(RadiansFromDegrees(15.0)), 1e-9);
@@ -84,7 +84,7 @@ TEST(Placement, RollsWithEyesAtDifferentHeights) {
   const auto worn = PlaceFrame(Style("example4"), face);
   ASSERT_TRUE(worn) << worn.error().Text();
   ExpectSmall(worn->residuals);
-  EXPECT_NEAR(worn->parameters.width, std::hypot(62.0, 3.0) / 1.2, 1e-9);
+  EXPECT_NEAR(worn->design.parameters.width, std::hypot(62.0, 3.0) / 1.2, 1e-9);
   EXPECT_GT(worn->l6_left, worn->l6_right);
 }
 
