@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "base/result.h"
+#include "modeling/glasses/fit_goals.h"
 #include "modeling/glasses/placement.h"
+#include "modeling/glasses/wearer_head.h"
 #include "modeling/measure/measured_surface.h"
 
 namespace annulus {
