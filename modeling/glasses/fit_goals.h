@@ -21,7 +21,7 @@ struct FitGoals {
   GoalRange face_form{0.0, RadiansFromDegrees(7.0), RadiansFromDegrees(3.5), 0.5};
   GoalRange decentration{-2.0, 4.0, 0.0, 1.0};       ///< Pupil towards the nose from the lens' box centre.
   GoalRange pupil_above_centre{0.0, 5.0, 3.0, 1.0};  ///< Over the box centre; 2 … 4 is usual.
-  GoalRange temple_splay{RadiansFromDegrees(-3.0), RadiansFromDegrees(8.0), RadiansFromDegrees(2.0), 0.5};
+  GoalRange temple_splay{RadiansFromDegrees(-3.0), RadiansFromDegrees(10.0), RadiansFromDegrees(3.0), 0.5};
 
   double skin_clearance = 1.0;   ///< Rims off brow and cheek, >= 0.
   double lens_clearance = 1.5;   ///< Lens off the skin anywhere, >= 0.

@@ -26,6 +26,12 @@ void AddLens(const LensPlane& lens, double back, double clearance, std::vector<F
 
 }  // namespace
 
+bool MayBear(const FrameDesign& design, FrameRole role, const Vector3d& p) {
+  if (std::abs(p.x()) < kOffMiddle) return false;
+  if (design.details.pads != PadForm::kNone) return role == FrameRole::kPad;
+  return std::abs(p.x()) < 0.5 * design.bridge_gap() + kNasalShare * design.parameters.width;
+}
+
 Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goals,
                                   const std::array<double, 2>& lens_back, const PointDensity& density) {
   const FrameAdjustment usual = StandardAdjustment(design);
@@ -36,16 +42,15 @@ Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goa
   front.bearing = design.details.pads == PadForm::kAdjustable ? NoseBearing::kAdjust : NoseBearing::kRigid;
   front.pads = {usual.pad_right.centre, usual.pad_left.centre};
   const double nasal = 0.5 * design.bridge_gap() + kNasalShare * design.parameters.width;
-  const bool has_pads = design.details.pads != PadForm::kNone;
   front.hinges = {Vector3d(-1e9, 0.0, 0.0), Vector3d(1e9, 0.0, 0.0)};
   for (const PartPoints& part : SampleFrame(*frame, density, PointChoice::kFront)) {
     const bool is_pad = part.role == FrameRole::kPad || part.role == FrameRole::kPadArm;
     if (is_pad && front.bearing == NoseBearing::kAdjust) continue;  // they go where the flank is
     for (const Vector3d& p : part.points) {
+      const bool may_bear = MayBear(design, part.role, p);
       const bool is_nasal = std::abs(p.x()) < nasal;
-      const bool may_bear = has_pads ? part.role == FrameRole::kPad : is_nasal;
       const double clearance = may_bear ? 0.0 : is_nasal ? kBesidePads : goals.skin_clearance;
-      if (may_bear && std::abs(p.x()) > kOffMiddle) {
+      if (may_bear) {
         front.bearing_points[p.x() > 0.0 ? 0 : 1].push_back(front.points.size());
       }
       front.points.push_back({p, clearance});

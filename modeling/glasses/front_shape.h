@@ -39,6 +39,10 @@ inline constexpr double kPadReach = 2.5;
 /// The lens' back behind the plane of its rim where no lens is known, mm.
 inline constexpr double kLensBackBehindRim = 2.0;
 
+/// Whether a place of a front may bear on a flank of the nose: fixed or adjustable pads if there are any, else bridge
+/// and the nasal parts of the rims; not the frame's middle.
+[[nodiscard]] bool MayBear(const FrameDesign& design, FrameRole role, const Eigen::Vector3d& p_in_frame);
+
 /// Builds the front of a design. `lens_back` (right, left): how far the lens' back vertex lies behind the rim's plane.
 [[nodiscard]] Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goals,
                                                 const std::array<double, 2>& lens_back, const PointDensity& density);

@@ -28,12 +28,18 @@ constexpr double kReachScale = 0.2;      // mm
 constexpr double kPadPull = 4.0;         // mm
 constexpr double kPull = 0.5;            // of a goal towards its best value
 constexpr double kHold = 5.0;            // of a goal back into its range
+constexpr double kInside = 0.06;         // of the half range: where the hold begins before the range ends
 constexpr double kLevelScale = RadiansFromDegrees(2.0);
 constexpr double kSoftness = 0.1;  // mm; of the least of several distances
+/// What an optician can bend: tilt of the front against the level, and its roll and yaw.
+constexpr double kLeastTilt = RadiansFromDegrees(-2.0);
+constexpr double kLargestTilt = RadiansFromDegrees(22.0);
+constexpr double kLargestTurn = RadiansFromDegrees(8.0);
 constexpr double kSizePull = 0.3;
-constexpr double kGapScale = 3.0;     // mm
-constexpr double kWidthScale = 0.08;  // share
-constexpr double kSizeStep = 1e-3;    // mm or rad, of the differences over the size
+constexpr double kGapScale = 3.0;         // mm
+constexpr double kWidthScale = 0.08;      // share
+constexpr double kSizeStep = 1e-3;        // mm or rad, of the differences over the size
+constexpr double kHeightTolerance = 1.0;  // mm, of a pupil height that is asked for
 constexpr int kGoalRows = 2 * 10 + 2;
 constexpr int kSizeRows = 2;
 
@@ -88,18 +94,20 @@ T Excess(const T& value, double low, double high) {
 
 /// The goals' residuals in their order.
 template <class T>
-std::array<T, kGoalRows> GoalResiduals(const GoalNumbers<T>& numbers, const FitGoals& goals) {
+std::array<T, kGoalRows> GoalResiduals(const GoalNumbers<T>& numbers, const FitGoals& goals,
+                                       const std::array<GoalRange, 2>& pupils) {
   std::array<T, kGoalRows> rows;
   std::size_t row = 0;
   const auto add = [&](const T& value, const GoalRange& range) {
     const double half = std::max(0.5 * (range.high - range.low), 1e-9);
     rows[row++] = range.weight * kPull / half * (value - range.best);
-    rows[row++] = range.weight * kHold / half * Excess(value, range.low, range.high);
+    const double inner = kInside * half;
+    rows[row++] = range.weight * kHold / half * Excess(value, range.low + inner, range.high - inner);
   };
   for (std::size_t side = 0; side < 2; ++side) {
     add(numbers.vertex_distance[side], goals.vertex_distance);
     add(numbers.decentration[side], goals.decentration);
-    add(numbers.pupil_above_centre[side], goals.pupil_above_centre);
+    add(numbers.pupil_above_centre[side], pupils[side]);
     add(numbers.temple_splay[side], goals.temple_splay);
   }
   add(numbers.pantoscopic_tilt, goals.pantoscopic_tilt);
@@ -163,15 +171,16 @@ class Rows {
   }
 
   void AddGoals() {
+    const std::array<GoalRange, 2> pupils{PupilRange(task_, front_, 0), PupilRange(task_, front_, 1)};
     if (jacobian_ == nullptr) {
-      const auto rows = GoalResiduals(NumbersOf(front_, task_.inputs, pose_), task_.goals);
+      const auto rows = GoalResiduals(NumbersOf(front_, task_.inputs, pose_), task_.goals, pupils);
       for (const double value : rows) residuals_[row_++] = value;
       return;
     }
     Eigen::Matrix<Jet, 3, 3> rotation;
     Eigen::Matrix<Jet, 3, 1> shift;
     DualPose(pose_, rotation, shift);
-    for (const Jet& value : GoalResiduals(NumbersOf<Jet>(front_, task_.inputs, rotation, shift), task_.goals)) {
+    for (const Jet& value : GoalResiduals(NumbersOf<Jet>(front_, task_.inputs, rotation, shift), task_.goals, pupils)) {
       jacobian_->row(row_).head<FrontState::kPoseSize>() = value.v.transpose();
       residuals_[row_++] = value.a;
     }
@@ -240,6 +249,15 @@ int EvaluateFront(const PoseTask& task, const FrontShape& front, const FrontPose
 
 }  // namespace
 
+GoalRange PupilRange(const PoseTask& task, const FrontShape& front, std::size_t side) {
+  GoalRange range = task.goals.pupil_above_centre;
+  if (!task.pupil_height[side]) return range;
+  range.best = *task.pupil_height[side] - 0.5 * front.lenses[side].b;
+  range.low = range.best - kHeightTolerance;
+  range.high = range.best + kHeightTolerance;
+  return range;
+}
+
 Eigen::Matrix<double, FrontState::kSize, 1> FrontState::Vector() const {
   Eigen::Matrix<double, kSize, 1> values;
   values << pose.shift, pose.tilt, pose.roll, pose.yaw, width, gap, face_form;
@@ -256,6 +274,12 @@ Result<PoseProblem> PoseProblem::Make(const PoseTask& task) {
   const auto front = MakeFrontShape(task.design, task.goals, task.inputs.lens_back, task.density);
   RETURN_IF_ERROR(front);
   problem.front_ = std::make_shared<const FrontShape>(*front);
+  return problem;
+}
+
+PoseProblem PoseProblem::With(PoseTask task) const {
+  PoseProblem problem(std::move(task));
+  problem.front_ = front_;
   return problem;
 }
 
@@ -328,16 +352,19 @@ PoseProblem::Summary PoseProblem::Solve(const FrontState& start) const {
   ceres::Problem problem(ownership);
   PoseCost cost(*this);
   problem.AddResidualBlock(&cost, nullptr, values.data());
+  const auto bound = [&](int k, double low, double high) {
+    problem.SetParameterLowerBound(values.data(), k, low);
+    problem.SetParameterUpperBound(values.data(), k, high);
+    values[k] = std::clamp(values[k], low, high);
+  };
+  bound(3, kLeastTilt, kLargestTilt);
+  bound(4, -kLargestTurn, kLargestTurn);
+  bound(5, -kLargestTurn, kLargestTurn);
   if (task_.size == FrameSize::kKept) {
     problem.SetManifold(values.data(), new ceres::SubsetManifold(FrontState::kSize, {6, 7, 8}));
   } else {
     const FrameDesign& design = task_.design;
     const double width = design.parameters.width;
-    const auto bound = [&](int k, double low, double high) {
-      problem.SetParameterLowerBound(values.data(), k, low);
-      problem.SetParameterUpperBound(values.data(), k, high);
-      values[k] = std::clamp(values[k], low, high);
-    };
     bound(6, width * (1.0 - task_.limits.width_share), width * (1.0 + task_.limits.width_share));
     bound(7, std::max(design.bridge_gap() - task_.limits.gap_change, 2.0),
           design.bridge_gap() + task_.limits.gap_change);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "base/result.h"
 #include "modeling/glasses/front_pose.h"
@@ -32,11 +33,16 @@ struct PoseTask {
   GoalInputs inputs;
   FrameSize size = FrameSize::kKept;
   SizeLimits limits;
+  /// Heights of the pupils over the box's lower edge that are wanted instead of a place over its centre, mm.
+  std::array<std::optional<double>, 2> pupil_height;
   PointDensity density{6, 3};
   /// Added to the distances from the head, mm: of the right and left bearing, and of all else (0, but for sigmas).
   std::array<double, 2> bearing_shift{0.0, 0.0};
   double skin_shift = 0.0;
 };
+
+/// The range of pupil_above_centre of one side: the goals', or about the height that is wanted.
+[[nodiscard]] GoalRange PupilRange(const PoseTask& task, const FrontShape& front, std::size_t side);
 
 /// The least-squares problem of a front: bearing on both flanks, clear of the skin, goals near their best values.
 class PoseProblem {
@@ -45,6 +51,8 @@ class PoseProblem {
   static Result<PoseProblem> Make(const PoseTask& task);
 
   [[nodiscard]] const PoseTask& task() const { return task_; }
+  /// The same front with other inputs, shifts or goals. `task` must have this one's design, density and lens backs.
+  [[nodiscard]] PoseProblem With(PoseTask task) const;
   /// The front of a state; of a kept size always the same.
   [[nodiscard]] Result<FrontShape> Front(const FrontState& state) const;
   /// The residuals at a state, and their Jacobian (rows by FrontState::kSize) if `jacobian` is not null: distances by
