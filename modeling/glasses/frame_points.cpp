@@ -26,12 +26,14 @@ void AddPatch(const ShellPatch& shell_patch, const PointDensity& density, std::v
 
 }  // namespace
 
-FrameRole RoleOfPart(const std::string& part) {
-  if (StartsWith(part, "pad_arm") || StartsWith(part, "pad_wire")) return FrameRole::kPadArm;
-  if (StartsWith(part, "pad")) return FrameRole::kPad;
-  if (StartsWith(part, "bridge")) return FrameRole::kBridge;
-  if (StartsWith(part, "end_piece") || StartsWith(part, "hinge")) return FrameRole::kEndPiece;
-  if (StartsWith(part, "arm") || StartsWith(part, "temple") || StartsWith(part, "tip")) return FrameRole::kTemple;
+FrameRole RoleOfPart(const std::string& body, const std::string& shell) {
+  if (StartsWith(body, "temple") || StartsWith(shell, "arm")) return FrameRole::kTemple;
+  if (StartsWith(shell, "pad_wire")) return FrameRole::kPadArm;
+  if (StartsWith(shell, "pad")) return FrameRole::kPad;
+  if (StartsWith(shell, "bridge") || StartsWith(shell, "flank")) return FrameRole::kBridge;
+  if (StartsWith(shell, "end_piece") || StartsWith(shell, "knuckle") || StartsWith(shell, "leaf")) {
+    return FrameRole::kEndPiece;
+  }
   return FrameRole::kRim;
 }
 
@@ -39,7 +41,7 @@ std::vector<PartPoints> SampleFrame(const Frame& frame, const PointDensity& dens
   std::vector<PartPoints> parts;
   for (const FrameBody& body : FrameBodies(frame)) {
     for (const PatchShell& shell : body.shells) {
-      const FrameRole role = RoleOfPart(shell.name);
+      const FrameRole role = RoleOfPart(body.name, shell.name);
       const bool is_temple = role == FrameRole::kTemple;
       if ((choice == PointChoice::kFront && is_temple) || (choice == PointChoice::kTemples && !is_temple)) continue;
       PartPoints part{shell.name, role, {}};

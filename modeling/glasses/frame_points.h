@@ -38,8 +38,8 @@ enum class PointChoice { kAll, kFront, kTemples };
 /// only, so that frames of the same form correspond point by point.
 [[nodiscard]] std::vector<PartPoints> SampleFrame(const Frame& frame, const PointDensity& density, PointChoice choice);
 
-/// The role of a part by its name; what is not known counts as a rim.
-[[nodiscard]] FrameRole RoleOfPart(const std::string& part);
+/// The role of a shell by its body's and its own name (FrameBodies); rims, mounts and what is not known count as rim.
+[[nodiscard]] FrameRole RoleOfPart(const std::string& body, const std::string& shell);
 
 /// The plane of a lens in the frame frame: of its outline.
 struct LensPlane {

@@ -30,7 +30,7 @@ NearestOnHead WornPose::Nearest(const Vector3d& p) const { return Obstacle(p).Ne
 FrameSkin::FrameSkin(const Frame& frame, PointChoice choice) {
   for (const FrameBody& body : FrameBodies(frame)) {
     for (const PatchShell& shell : body.shells) {
-      const FrameRole role = RoleOfPart(shell.name);
+      const FrameRole role = RoleOfPart(body.name, shell.name);
       const bool is_temple = role == FrameRole::kTemple;
       if ((choice == PointChoice::kFront && is_temple) || (choice == PointChoice::kTemples && !is_temple)) continue;
       for (const ShellPatch& patch : shell.patches) {
