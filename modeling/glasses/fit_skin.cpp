@@ -60,7 +60,7 @@ WornPose WornPoseOf(const FittedFrame& fitted) {
 }
 
 SkinReport MeasureSkin(const FittedFrame& fitted) {
-  const FrameSkin skin(*fitted.frame, PointChoice::kAll);
+  const FrameSkin skin(ShellsOf(*fitted.frame));
   const WornPose pose = WornPoseOf(fitted);
   const std::vector<SkinPlace> places = skin.Measure(pose, kMapDensity, kExactWithin);
   const auto role = [&](const SkinPlace& place) { return skin.parts()[place.part].role; };

@@ -13,11 +13,6 @@ constexpr double kMayBeLeast = 0.15;
 constexpr std::size_t kMostRefined = 6;
 constexpr int kNetRounds = 4;
 
-int StepsOf(PatchDetail detail, const PointDensity& density) {
-  if (detail == PatchDetail::kAlong) return density.along;
-  return detail == PatchDetail::kAround ? density.around : std::max(density.around / 2, 1);
-}
-
 }  // namespace
 
 const HeadDistance& WornPose::Obstacle(const Vector3d& p) const {
@@ -27,17 +22,12 @@ const HeadDistance& WornPose::Obstacle(const Vector3d& p) const {
 
 NearestOnHead WornPose::Nearest(const Vector3d& p) const { return Obstacle(p).Nearest(station_from_frame * p); }
 
-FrameSkin::FrameSkin(const Frame& frame, PointChoice choice) {
-  for (const FrameBody& body : FrameBodies(frame)) {
-    for (const PatchShell& shell : body.shells) {
-      const FrameRole role = RoleOfPart(body.name, shell.name);
-      const bool is_temple = role == FrameRole::kTemple;
-      if ((choice == PointChoice::kFront && is_temple) || (choice == PointChoice::kTemples && !is_temple)) continue;
-      for (const ShellPatch& patch : shell.patches) {
-        patches_.push_back({patch.patch, parts_.size(), patch.u, patch.v});
-      }
-      parts_.push_back({shell.name, role});
+FrameSkin::FrameSkin(const std::vector<FrameShell>& shells) {
+  for (const FrameShell& shell : shells) {
+    for (const ShellPatch& patch : shell.shell.patches) {
+      patches_.push_back({patch.patch, parts_.size(), patch.u, patch.v});
     }
+    parts_.push_back({shell.part, shell.role});
   }
 }
 

@@ -47,7 +47,7 @@ class FrameSkin {
     FrameRole role = FrameRole::kRim;
   };
 
-  FrameSkin(const Frame& frame, PointChoice choice);
+  explicit FrameSkin(const std::vector<FrameShell>& shells);
 
   [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
   /// Points spread evenly in the patches' parameters, with their true distances from the head (to first order where

@@ -35,18 +35,18 @@ bool MayBear(const FrameDesign& design, FrameRole role, const Vector3d& p) {
 Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goals,
                                   const std::array<double, 2>& lens_back, const PointDensity& density) {
   const FrameAdjustment usual = StandardAdjustment(design);
-  const Result<Frame> frame = BuildFrame(design, usual);
-  RETURN_IF_ERROR(frame);
+  const auto shells = FrontShells(design, usual);
+  RETURN_IF_ERROR(shells);
   FrontShape front;
   front.design = design;
   front.bearing = design.details.pads == PadForm::kAdjustable ? NoseBearing::kAdjust : NoseBearing::kRigid;
   front.pads = {usual.pad_right.centre, usual.pad_left.centre};
   const double nasal = 0.5 * design.bridge_gap() + kNasalShare * design.parameters.width;
   front.hinges = {Vector3d(-1e9, 0.0, 0.0), Vector3d(1e9, 0.0, 0.0)};
-  for (const PartPoints& part : SampleFrame(*frame, density, PointChoice::kFront)) {
+  for (const FrameShell& part : *shells) {
     const bool is_pad = part.role == FrameRole::kPad || part.role == FrameRole::kPadArm;
     if (is_pad && front.bearing == NoseBearing::kAdjust) continue;  // they go where the flank is
-    for (const Vector3d& p : part.points) {
+    for (const Vector3d& p : SamplePoints(part.shell, density)) {
       const bool may_bear = MayBear(design, part.role, p);
       const bool is_nasal = std::abs(p.x()) < nasal;
       const double clearance = may_bear ? 0.0 : is_nasal ? kBesidePads : goals.skin_clearance;
@@ -58,7 +58,8 @@ Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goa
       if (p.x() < front.hinges[1].x()) front.hinges[1] = p;
     }
   }
-  front.lenses = {LensPlaneOf(*frame, Eye::kRight), LensPlaneOf(*frame, Eye::kLeft)};
+  const BezierPatch lens = RightLens(design, MakeRim(design));
+  front.lenses = {LensPlaneOf(lens), LensPlaneOf(lens.MirroredX())};
   for (std::size_t side = 0; side < 2; ++side) {
     AddLens(front.lenses[side], lens_back[side], goals.lens_clearance, front.points);
   }

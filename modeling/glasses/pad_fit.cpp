@@ -82,17 +82,17 @@ Result<std::optional<std::array<PadFit, 2>>> FitPads(const WearerHead& head, con
   for (int round = 0; round < kRounds; ++round) {
     adjustment.pad_right = pads[0].pose;
     adjustment.pad_left = pads[1].pose;
-    const Result<Frame> frame = BuildFrame(design, adjustment);
-    RETURN_IF_ERROR(frame);
-    const FrameSkin skin(*frame, PointChoice::kFront);
+    auto shells = FrontShells(design, adjustment);
+    RETURN_IF_ERROR(shells);
+    std::erase_if(*shells, [](const FrameShell& shell) { return shell.role != FrameRole::kPad; });
+    const FrameSkin skin(*shells);
     WornPose pose;
     pose.head = &head;
     pose.station_from_frame = station_from_frame;
     const std::vector<SkinPlace> places = skin.Measure(pose, kDensity, 6.0);
     for (std::size_t side = 0; side < 2; ++side) {
-      const SkinPlace least = skin.Least(pose, kDensity, places, [&](const SkinPlace& place) {
-        return skin.parts()[place.part].role == FrameRole::kPad && (place.position.x() > 0.0) == (side == 0);
-      });
+      const SkinPlace least = skin.Least(
+          pose, kDensity, places, [&](const SkinPlace& place) { return (place.position.x() > 0.0) == (side == 0); });
       pads[side].distance = least.distance;
       pads[side].moved = (pads[side].pose.centre - usual[side]).norm();
       if (least.distance < 1e6 && round + 1 < kRounds) {

@@ -30,8 +30,8 @@ struct Demand {
 
 class Seating {
  public:
-  Seating(const WearerHead& head, const FrontShape& front, const Frame& frame, const FrontPose& pose)
-      : head_(head), front_(front), skin_(frame, PointChoice::kFront), pose_(pose) {}
+  Seating(const WearerHead& head, const FrontShape& front, const std::vector<FrameShell>& shells, const FrontPose& pose)
+      : head_(head), front_(front), skin_(shells), pose_(pose) {}
 
   SeatedFront Run() {
     SeatedFront best = Look();
@@ -129,9 +129,9 @@ class Seating {
 }  // namespace
 
 Result<SeatedFront> SeatFront(const WearerHead& head, const FrontShape& front, const FrontPose& pose) {
-  const Result<Frame> frame = BuildFrame(front.design, StandardAdjustment(front.design));
-  RETURN_IF_ERROR(frame);
-  return Seating(head, front, *frame, pose).Run();
+  const auto shells = FrontShells(front.design, StandardAdjustment(front.design));
+  RETURN_IF_ERROR(shells);
+  return Seating(head, front, *shells, pose).Run();
 }
 
 }  // namespace annulus

@@ -56,11 +56,11 @@ class TempleSearch {
   [[nodiscard]] Result<std::array<Stretches, 2>> Measure(const std::array<Bend, 2>& bends) {
     adjustment_.temple_right = ShapeOf(0, bends[0]);
     adjustment_.temple_left = ShapeOf(1, bends[1]);
-    const Result<Frame> frame = BuildFrame(design_, adjustment_);
-    RETURN_IF_ERROR(frame);
+    const auto shells = TempleShells(design_, adjustment_);
+    RETURN_IF_ERROR(shells);
     std::array<Stretches, 2> found;
-    for (const PartPoints& part : SampleFrame(*frame, kSearchDensity, PointChoice::kTemples)) {
-      for (const Vector3d& p : part.points) {
+    for (const FrameShell& temple : *shells) {
+      for (const Vector3d& p : SamplePoints(temple.shell, kSearchDensity)) {
         const std::size_t side = p.x() > 0.0 ? 0 : 1;
         const Vector3d& ear = side == 0 ? adjustment_.temple_right.ear : adjustment_.temple_left.ear;
         Take(p, p.y() - ear.y(), found[side]);
@@ -73,9 +73,9 @@ class TempleSearch {
   [[nodiscard]] Result<std::array<Stretches, 2>> MeasureFinely(const std::array<Bend, 2>& bends) {
     adjustment_.temple_right = ShapeOf(0, bends[0]);
     adjustment_.temple_left = ShapeOf(1, bends[1]);
-    const Result<Frame> frame = BuildFrame(design_, adjustment_);
-    RETURN_IF_ERROR(frame);
-    const FrameSkin skin(*frame, PointChoice::kTemples);
+    const auto shells = TempleShells(design_, adjustment_);
+    RETURN_IF_ERROR(shells);
+    const FrameSkin skin(*shells);
     WornPose pose;
     pose.head = &head_;
     pose.station_from_frame = station_from_frame_;
