@@ -27,12 +27,16 @@ double Cubed(double x) { return x * x * x; }
 
 }  // namespace
 
-StarTube::StarTube(const std::vector<TubeRow>& rows, std::vector<TubeBump> bumps, const TubeCaps& caps)
-    : spline_(rows), bumps_(std::move(bumps)), caps_(caps) {
+StarTube::StarTube(const std::vector<TubeRow>& rows, std::vector<TubeBump> bumps, const TubeCaps& caps,
+                   std::vector<TubeBall> balls)
+    : spline_(rows), bumps_(std::move(bumps)), balls_(std::move(balls)), caps_(caps) {
   ENSURE(
       caps_.bottom_tip < caps_.bottom_start && caps_.bottom_start <= caps_.top_start && caps_.top_start < caps_.top_tip,
       "caps go upwards");
   ENSURE(bumps_.size() <= Slice::kMaxBumps, "too many bumps");
+  ENSURE(balls_.size() <= Slice::kMaxBalls, "too many balls");
+  // What is added after the balls comes last.
+  std::stable_partition(bumps_.begin(), bumps_.end(), [](const TubeBump& bump) { return !bump.over_balls; });
   for (const TubeBump& bump : bumps_) {
     prepared_.push_back({std::cos(bump.theta), std::sin(bump.theta), 1.0 / (bump.sigma_theta * bump.sigma_theta)});
   }
@@ -68,7 +72,46 @@ StarTube::Slice StarTube::SliceAt(double z) const {
     slice.bumps[slice.bump_count++] = {&bump, height_term, prepared_[i].cosine, prepared_[i].sine,
                                        prepared_[i].angle_factor};
   }
+  for (const TubeBall& ball : balls_) {
+    const double above = z - ball.centre.z();
+    const double squared = ball.radius * ball.radius - above * above;
+    if (squared <= 0.0) continue;
+    slice.circles[slice.circle_count++] = {ball.centre.x() - slice.x, ball.centre.y() - slice.y, squared, ball.blend};
+  }
   return slice;
+}
+
+double StarTube::BumpHeight(const Slice::Bump& bump, double cosine, double sine) {
+  double exponent = bump.height_term + (1.0 - cosine * bump.cosine - sine * bump.sine) * bump.angle_factor;
+  if (bump.bump->power == 2) exponent *= exponent;
+  return exponent < kLargestExponent ? bump.bump->amplitude * std::exp(-exponent) : 0.0;
+}
+
+StarTube::RadiusSlope StarTube::BumpHeightSlope(const Slice::Bump& bump, double cosine, double sine) {
+  const double exponent = bump.height_term + (1.0 - cosine * bump.cosine - sine * bump.sine) * bump.angle_factor;
+  const double exponent_slope = (sine * bump.cosine - cosine * bump.sine) * bump.angle_factor;
+  const bool flat = bump.bump->power == 2;
+  const double value = bump.bump->amplitude * std::exp(flat ? -exponent * exponent : -exponent);
+  return {value, -value * exponent_slope * (flat ? 2.0 * exponent : 1.0)};
+}
+
+// The far crossing t of the direction with the circle: t = m + sqrt(R² - q²), with m and q the centre's places along
+// and across the direction. Smooth maximum: max(a, b) + k/6 (1 - |a - b|/k)³ where a and b are within k.
+StarTube::RadiusSlope StarTube::MergeCircle(const Slice::Circle& circle, RadiusSlope tube, double cosine, double sine) {
+  const double along = cosine * circle.x + sine * circle.y;
+  const double across = cosine * circle.y - sine * circle.x;  // d(along)/d(theta)
+  const double squared = circle.squared_radius - across * across;
+  if (squared <= 0.0 || along <= 0.0) return tube;
+  const double root = std::sqrt(squared);
+  const RadiusSlope ball{along + root, across + across * along / root};
+  const double over = (ball.radius - tube.radius) / circle.blend;
+  if (over >= 1.0) return ball;
+  if (over <= -1.0) return tube;
+  const double rest = 1.0 - std::abs(over);
+  const double lesser = 0.5 * rest * rest;  // weight of the lower one of the two
+  const double weight = over > 0.0 ? 1.0 - lesser : lesser;
+  return {std::max(tube.radius, ball.radius) + circle.blend * rest * rest * rest / 6.0,
+          (1.0 - weight) * tube.slope + weight * ball.slope};
 }
 
 double StarTube::UncappedRadius(const Slice& slice, double cosine, double sine) {
@@ -80,12 +123,13 @@ double StarTube::UncappedRadius(const Slice& slice, double cosine, double sine) 
   const double sin2 = s * s * inverse;
   const double shape = 1.0 + 4.0 * slice.squareness * cos2 * sin2 + kEggPeak * slice.egg * s * root * cos2;
   double radius = slice.a * slice.b * root * shape;
-  for (std::size_t i = 0; i < slice.bump_count; ++i) {
-    const Slice::Bump& bump = slice.bumps[i];
-    double exponent = bump.height_term + (1.0 - cosine * bump.cosine - sine * bump.sine) * bump.angle_factor;
-    if (bump.bump->power == 2) exponent *= exponent;
-    if (exponent < kLargestExponent) radius += bump.bump->amplitude * std::exp(-exponent);
+  std::size_t i = 0;
+  for (; i < slice.bump_count && !slice.bumps[i].bump->over_balls; ++i)
+    radius += BumpHeight(slice.bumps[i], cosine, sine);
+  for (std::size_t k = 0; k < slice.circle_count; ++k) {
+    radius = MergeCircle(slice.circles[k], {radius, 0.0}, cosine, sine).radius;
   }
+  for (; i < slice.bump_count; ++i) radius += BumpHeight(slice.bumps[i], cosine, sine);
   return radius;
 }
 
@@ -108,15 +152,15 @@ StarTube::RadiusSlope StarTube::UncappedRadiusSlope(const Slice& slice, double c
       egg * ((cosine * big_c + sine * c_slope) / (d * root) - 1.5 * sine * big_c * d_slope / (d * d * root));
   const double ellipse = a * b / root;
   RadiusSlope result{ellipse * shape, ellipse * (shape_slope - shape * d_slope / (2.0 * d))};
-  for (std::size_t i = 0; i < slice.bump_count; ++i) {
-    const Slice::Bump& bump = slice.bumps[i];
-    const double exponent = bump.height_term + (1.0 - cosine * bump.cosine - sine * bump.sine) * bump.angle_factor;
-    const double exponent_slope = (sine * bump.cosine - cosine * bump.sine) * bump.angle_factor;
-    const bool flat = bump.bump->power == 2;
-    const double value = bump.bump->amplitude * std::exp(flat ? -exponent * exponent : -exponent);
-    result.radius += value;
-    result.slope -= value * exponent_slope * (flat ? 2.0 * exponent : 1.0);
-  }
+  const auto add = [&](const Slice::Bump& bump) {
+    const RadiusSlope height = BumpHeightSlope(bump, cosine, sine);
+    result.radius += height.radius;
+    result.slope += height.slope;
+  };
+  std::size_t i = 0;
+  for (; i < slice.bump_count && !slice.bumps[i].bump->over_balls; ++i) add(slice.bumps[i]);
+  for (std::size_t k = 0; k < slice.circle_count; ++k) result = MergeCircle(slice.circles[k], result, cosine, sine);
+  for (; i < slice.bump_count; ++i) add(slice.bumps[i]);
   return result;
 }
 

@@ -21,6 +21,16 @@ struct TubeBump {
   double sigma_theta = 0.1;  ///< rad.
   double sigma_z = 10.0;     ///< mm.
   int power = 1;             ///< 1 or 2.
+  bool over_balls = false;   ///< Added after the balls, so that it shows on them: eyelids.
+};
+
+/// A ball half sunk in a tube: an eye in its socket. The radius becomes the smooth maximum of the tube's and the ball's
+/// far side, C2: within `blend` mm of each other they merge. As seen from the centre line the ball's outline must lie
+/// deeper than `blend` under the tube, or the surface jumps there.
+struct TubeBall {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< Tube coordinates, mm.
+  double radius = 12.0;                              ///< mm, > 0.
+  double blend = 2.0;                                ///< mm, > 0.
 };
 
 /// Where a tube closes. Beyond a start the radius is multiplied by sqrt(1 - s³), s = 0 at the start and 1 at the tip:
@@ -38,7 +48,8 @@ struct TubeCaps {
 class StarTube {
  public:
   /// Rows as for SectionSpline; they need not reach the tips (the end rows hold). Radii must come out positive.
-  StarTube(const std::vector<TubeRow>& rows, std::vector<TubeBump> bumps, const TubeCaps& caps);
+  StarTube(const std::vector<TubeRow>& rows, std::vector<TubeBump> bumps, const TubeCaps& caps,
+           std::vector<TubeBall> balls = {});
 
   [[nodiscard]] double z_min() const { return caps_.bottom_tip; }
   [[nodiscard]] double z_max() const { return caps_.top_tip; }
@@ -82,6 +93,13 @@ class StarTube {
     };
     static constexpr std::size_t kMaxBumps = 48;
     std::array<Bump, kMaxBumps> bumps;
+    // The circles that the balls are cut in, about the section's centre; balls not met have no circle.
+    struct Circle {
+      double x, y, squared_radius, blend;
+    };
+    static constexpr std::size_t kMaxBalls = 4;
+    std::size_t circle_count = 0;
+    std::array<Circle, kMaxBalls> circles;
   };
   struct RadiusSlope {
     double radius = 0.0;
@@ -99,6 +117,10 @@ class StarTube {
   };
 
   [[nodiscard]] Slice SliceAt(double z) const;
+  [[nodiscard]] static double BumpHeight(const Slice::Bump& bump, double cosine, double sine);
+  [[nodiscard]] static RadiusSlope BumpHeightSlope(const Slice::Bump& bump, double cosine, double sine);
+  [[nodiscard]] static RadiusSlope MergeCircle(const Slice::Circle& circle, RadiusSlope tube, double cosine,
+                                               double sine);
   [[nodiscard]] static double UncappedRadius(const Slice& slice, double cosine, double sine);
   [[nodiscard]] static RadiusSlope UncappedRadiusSlope(const Slice& slice, double cosine, double sine);
   [[nodiscard]] static double Level(const Slice& slice, const Eigen::Vector3d& p);
@@ -117,6 +139,7 @@ class StarTube {
   SectionSpline spline_;
   std::vector<TubeBump> bumps_;
   std::vector<PreparedBump> prepared_;
+  std::vector<TubeBall> balls_;
   TubeCaps caps_;
   double band_height_ = 0.0;
   std::vector<Band> bands_;
