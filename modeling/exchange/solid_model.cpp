@@ -188,6 +188,8 @@ bool AppendFace(const TopoDS_Face& face, TriangleMesh& mesh) {
 
 }  // namespace
 
+std::size_t SolidBody::pieces() const { return shapes_->size(); }
+
 Result<SolidBody> SolidBodyOf(const ShellBody& body) {
   std::vector<TopoDS_Shape> solids;
   for (const PatchShell& shell : body.shells) {

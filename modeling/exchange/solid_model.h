@@ -24,6 +24,7 @@ class SolidBody {
   [[nodiscard]] const std::string& name() const { return name_; }
   /// The solids do not overlap; false: those of the shells lie in each other, each valid for itself.
   [[nodiscard]] bool fused() const { return fused_; }
+  [[nodiscard]] std::size_t pieces() const;
   /// mm³ by Open CASCADE; of solids that are not fused the sum, overlaps counted twice.
   [[nodiscard]] double volume() const { return volume_; }
   /// How the fusion was had, or why it was not; one line.
