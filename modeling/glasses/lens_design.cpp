@@ -13,6 +13,7 @@ constexpr const char* kAttempt = "design the lenses";
 constexpr double kFlattestBase = 0.0;   // D
 constexpr double kSteepestBase = 16.0;  // D
 constexpr std::size_t kEdgePoints = 360;
+constexpr double kBlankSlack = 1e-6;  // mm, rounding
 
 /// What is known of one lens before its surfaces.
 struct EyeTask {
@@ -185,7 +186,7 @@ BlankReport BlankOf(const EyeTask& task, const LensDesign& design) {
   }
   blank.exact = 2.0 * longest + task.options.blank_allowance;
   for (const double stocked : task.options.stocked_blanks) {
-    if (stocked >= blank.minimum && (!blank.stocked || stocked < *blank.stocked)) blank.stocked = stocked;
+    if (stocked >= blank.minimum - kBlankSlack && (!blank.stocked || stocked < *blank.stocked)) blank.stocked = stocked;
   }
   return blank;
 }

@@ -48,6 +48,27 @@ double PrismTilt(const LensFormSpec& spec, double front_curvature, double thickn
   return std::asin(std::sin(incidence) / (1.0 - thickness * front_curvature));
 }
 
+/// The back's normal: the optical axis leaned by `tilt` towards the base, for where the lens is thicker the back falls
+/// away. `base` (unit) is as a focimeter sees it, whose x, y are carried from the lens's by the shortest turn to this
+/// very normal: hence the loop (each round leaves a few thousandths of the last error).
+Eigen::Vector3d PrismNormal(const Eigen::Vector3d& optical_axis, const Eigen::Vector2d& base, double tilt) {
+  constexpr int kRounds = 6;
+  const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), optical_axis);
+  Eigen::Rotation2Dd correction(0.0);
+  Eigen::Vector3d normal = optical_axis;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::Vector2d turned = correction * base;
+    const Eigen::Vector3d lean = upright * Eigen::Vector3d(turned.x(), turned.y(), 0.0);
+    normal = std::cos(tilt) * optical_axis + std::sin(tilt) * lean;
+    const Eigen::Vector3d deflection = std::cos(tilt) * lean - std::sin(tilt) * optical_axis;
+    const Eigen::Vector3d seen =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).conjugate() * deflection;
+    const double error = std::atan2(base.x() * seen.y() - base.y() * seen.x(), base.dot(seen.head<2>()));
+    correction *= Eigen::Rotation2Dd(-error);
+  }
+  return normal;
+}
+
 /// The back surface of the curvatures (1/mm, x and y of its own upright frame) at `vertex` with the normal `normal`.
 LensSurface BackSurface(const Eigen::Matrix2d& curvatures, const Eigen::Vector3d& vertex,
                         const Eigen::Vector3d& normal) {
@@ -158,13 +179,10 @@ Result<LensForm> BuildLensForm(const LensFormSpec& spec, const LensOrder& order,
   Eigen::Vector3d back_normal = form.optical_axis;
   const double prism = order.prism.norm();
   if (prism > 0.0) {
-    // The base is where the lens is thicker: there the back falls away, so its normal leans to the base.
     const double tilt = PrismTilt(spec, form.front.curvature_u, centre_thickness, prism);
     if (!std::isfinite(tilt))
       return Fail(kAttempt, fmt::format("a prism of {:.1f} cm/m cannot be made", prism), "use less prism");
-    const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), form.optical_axis);
-    const Eigen::Vector3d base = upright * Eigen::Vector3d(order.prism.x() / prism, order.prism.y() / prism, 0.0);
-    back_normal = std::cos(tilt) * form.optical_axis + std::sin(tilt) * base;
+    back_normal = PrismNormal(form.optical_axis, order.prism / prism, tilt);
   }
   Eigen::Matrix2d from_front = spec.base * Eigen::Matrix2d::Identity();
   if (spec.model == PowerModel::kBackVertex) {

@@ -26,7 +26,8 @@ struct LensFormSpec {
   PowerModel model = PowerModel::kBackVertex;
 };
 
-/// A power and prism to be made: focimeter values in the lens's x, y; the prism by its base's direction, cm/m.
+/// A power and prism to be made: focimeter values in the lens's x, y; the prism by its base's direction, cm/m (that of
+/// a decentred prism is met within 3 mrad, its amount exactly).
 struct LensOrder {
   PowerMatrix power = PowerMatrix::Zero();
   Eigen::Vector2d prism = Eigen::Vector2d::Zero();

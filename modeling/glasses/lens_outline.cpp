@@ -43,7 +43,7 @@ Status Validate(const LensOutline& outline) {
   const auto& points = outline.points;
   if (points.size() < kFewestPoints) return Refuse(fmt::format("it has {} points, fewer than 90", points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!(points[i].cwiseAbs().maxCoeff() < kLargestCoordinate)) {
+    if (!(std::abs(points[i].x()) < kLargestCoordinate && std::abs(points[i].y()) < kLargestCoordinate)) {
       return Refuse(fmt::format("point {} is not a number in mm", i));
     }
   }
