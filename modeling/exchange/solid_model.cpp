@@ -95,15 +95,15 @@ TopoDS_Shape Fuse(const std::vector<TopoDS_Shape>& solids, const FusionWay& way)
 
 /// What the union of some shells must be, found without Open CASCADE.
 struct Expected {
-  double volume = 0.0;  ///< mm³
-  std::size_t pieces = 0;
+  double volume = 0.0;     ///< mm³
+  std::size_t pieces = 0;  ///< At most: shells may hang together by less than CountPieces sees.
 };
 
 /// What is wrong with a union; "" if nothing is.
 std::string FaultOf(const TopoDS_Shape& shape, const Expected& expected) {
   if (shape.IsNull()) return "failed";
   const std::size_t solids = SolidsOf(shape).size();
-  if (solids != expected.pieces) return fmt::format("is {} pieces, not {}", solids, expected.pieces);
+  if (solids == 0 || solids > expected.pieces) return fmt::format("is {} pieces of {}", solids, expected.pieces);
   if (!BRepCheck_Analyzer(shape).IsValid()) return "is invalid";
   const double volume = VolumeOf(shape);
   if (!(std::abs(volume - expected.volume) <= kVolumeShare * expected.volume)) {
