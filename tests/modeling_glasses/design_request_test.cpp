@@ -22,7 +22,8 @@ TEST(DesignRequest, WithoutWishesGivesTheStyle) {
 
 TEST(DesignRequest, TakesSharesOfTheFinalSizeWhateverTheOrder) {
   // 16 % of min(60, 48): the corner's word is read after width and height.
-  const DesignRequest request{"example2", "", {{"upper-outer", "middle"}, {"bridge-height", "middle"}, {"height", "48"}, {"width", "60"}}};
+  const DesignRequest request{
+      "example2", "", {{"upper-outer", "middle"}, {"bridge-height", "middle"}, {"height", "48"}, {"width", "60"}}};
   const auto composed = ComposeDesign(BuiltInFrameLibrary(), request);
   ASSERT_TRUE(composed) << composed.error().Text();
   EXPECT_DOUBLE_EQ(composed->file.design.parameters.upper_outer, 0.16 * 48.0);
