@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "modeling/glasses/boxing.h"
+#include "modeling/glasses/frame_adjust.h"
 #include "modeling/glasses/frame_fields.h"
 
 namespace annulus {
@@ -77,9 +78,11 @@ Result<ComposedDesign> ComposeDesign(const FrameLibrary& library, const DesignRe
     design = WithField(*design, field.option, *text);
     RETURN_IF_ERROR(design);
   }
-  RETURN_IF_ERROR(Validate(*design));
+  const Result<AdjustedDesign> adjusted = AdjustDesign(*design);
+  RETURN_IF_ERROR(adjusted);
   ComposedDesign composed;
-  composed.file = {*design, (*style)->material, {}};
+  composed.file = {adjusted->design, (*style)->material, {}};
+  composed.messages = adjusted->messages;
   if (!request.size.empty()) RETURN_IF_ERROR(ApplySize(**style, request, composed));
   return composed;
 }
