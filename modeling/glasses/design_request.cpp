@@ -29,6 +29,21 @@ Status CheckNames(const DesignRequest& request) {
   return {};
 }
 
+/// A groove needs a width and a hinge an end piece: usual ones where neither the style nor the request says any.
+void AddCompanions(const DesignRequest& request, FrameDesign& design) {
+  constexpr double kGrooveOpening = 2.0;  // width : depth
+  constexpr double kEndPiece = 5.0;       // mm
+  FrameDetails& details = design.details;
+  if (details.groove_depth > 0.0 && details.groove_width == 0.0 && !Asked(request, *FindFrameField("groove-width"))) {
+    details.groove_width = kGrooveOpening * details.groove_depth;
+  }
+  const bool hinged = details.hinge != HingeForm::kNone;
+  if (hinged && details.end_piece == 0.0 && !Asked(request, *FindFrameField("end-piece"))) {
+    details.end_piece = kEndPiece;
+  }
+  if (!hinged && !Asked(request, *FindFrameField("end-piece"))) details.end_piece = 0.0;
+}
+
 /// A size by its name, or in numbers.
 Result<FrameSize> FindSize(const LibraryStyle& style, const std::string& text) {
   if (const FrameSize* named = style.Size(text)) return *named;
@@ -78,6 +93,7 @@ Result<ComposedDesign> ComposeDesign(const FrameLibrary& library, const DesignRe
     design = WithField(*design, field.option, *text);
     RETURN_IF_ERROR(design);
   }
+  AddCompanions(request, *design);
   const Result<AdjustedDesign> adjusted = AdjustDesign(*design);
   RETURN_IF_ERROR(adjusted);
   ComposedDesign composed;

@@ -48,6 +48,20 @@ TEST(DesignRequest, AdjustsExtremesAndSaysSo) {
   EXPECT_THAT(composed->messages, testing::Contains(HasSubstr("frame-curve")));
 }
 
+TEST(DesignRequest, CompletesAGrooveAndAHinge) {
+  const DesignRequest request{"example1", "", {{"groove-depth", "0.5"}, {"hinge", "barrel"}, {"arm-width", "4"}}};
+  const auto composed = ComposeDesign(BuiltInFrameLibrary(), request);
+  ASSERT_TRUE(composed) << composed.error().Text();
+  EXPECT_THAT(composed->messages, testing::IsEmpty());
+  EXPECT_EQ(composed->file.design.details.groove_depth, 0.5);
+  EXPECT_EQ(composed->file.design.details.groove_width, 1.0);
+  EXPECT_EQ(composed->file.design.details.end_piece, 5.0);
+  // And a hinge that is taken away takes its end piece with it.
+  const auto bare = ComposeDesign(BuiltInFrameLibrary(), {"boston", "", {{"hinge", "none"}}});
+  ASSERT_TRUE(bare) << bare.error().Text();
+  EXPECT_THAT(bare->messages, testing::IsEmpty());
+}
+
 TEST(DesignRequest, GivesEveryStyleEverySize) {
   for (const LibraryStyle& style : BuiltInFrameLibrary().styles) {
     for (const FrameSize& size : style.sizes) {
