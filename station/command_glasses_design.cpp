@@ -77,7 +77,7 @@ std::string LibraryTable(const FrameLibrary& library) {
   std::string text = fmt::format("{:<20} {:<8} {:<34} {}\n", "style", "material", "sizes", "description");
   for (const LibraryStyle& style : library.styles) {
     std::string sizes;
-    for (const FrameSize& size : style.sizes) {
+    for (const SoldSize& size : style.sizes) {
       sizes += fmt::format("{}{:.0f}□{:.0f}-{:.0f}", sizes.empty() ? "" : " ", size.a, size.dbl, size.temple);
     }
     // By hand: the square counts as one column, not as its three bytes.

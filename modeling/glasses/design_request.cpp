@@ -45,12 +45,12 @@ void AddCompanions(const DesignRequest& request, FrameDesign& design) {
 }
 
 /// A size by its name, or in numbers.
-Result<FrameSize> FindSize(const LibraryStyle& style, const std::string& text) {
-  if (const FrameSize* named = style.Size(text)) return *named;
-  const Result<FrameSize> numbers = ParseSize(text);
+Result<SoldSize> FindSize(const LibraryStyle& style, const std::string& text) {
+  if (const SoldSize* named = style.Size(text)) return *named;
+  const Result<SoldSize> numbers = ParseSize(text);
   if (numbers || style.sizes.empty()) return numbers;
   std::string names;
-  for (const FrameSize& size : style.sizes) names += size.name + ", ";
+  for (const SoldSize& size : style.sizes) names += size.name + ", ";
   Error error = numbers.error();
   error.advice = fmt::format("choose {}or {}", names, error.advice);
   return tl::unexpected(error);
@@ -62,7 +62,7 @@ Status ApplySize(const LibraryStyle& style, const DesignRequest& request, Compos
     if (!Asked(request, *FindFrameField(option))) continue;
     return Fail("size the frame", fmt::format("size and {} are both given", option), "give one of them");
   }
-  const Result<FrameSize> size = FindSize(style, request.size);
+  const Result<SoldSize> size = FindSize(style, request.size);
   RETURN_IF_ERROR(size);
   WantedBox wanted{size->a, size->b, size->dbl};
   if (Asked(request, *FindFrameField("height"))) {

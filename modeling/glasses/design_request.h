@@ -23,7 +23,7 @@ struct DesignRequest {
 /// What came of it.
 struct ComposedDesign {
   FrameFile file;
-  std::optional<FrameSize> size;      ///< The size that was asked for.
+  std::optional<SoldSize> size;       ///< The size that was asked for.
   std::vector<std::string> messages;  ///< What was adjusted, one sentence each; empty if nothing was.
 };
 

@@ -64,7 +64,7 @@ TEST(DesignRequest, CompletesAGrooveAndAHinge) {
 
 TEST(DesignRequest, GivesEveryStyleEverySize) {
   for (const LibraryStyle& style : BuiltInFrameLibrary().styles) {
-    for (const FrameSize& size : style.sizes) {
+    for (const SoldSize& size : style.sizes) {
       const auto composed = ComposeDesign(BuiltInFrameLibrary(), {style.name, size.name, {}});
       ASSERT_TRUE(composed) << style.name << " " << size.name << ": " << composed.error().Text();
       EXPECT_THAT(composed->messages, testing::IsEmpty()) << style.name;
