@@ -16,7 +16,7 @@ namespace annulus {
 
 /// What is asked of a fit.
 struct GlassesFitOptions {
-  FrameSize size = FrameSize::kKept;
+  FitSize size = FitSize::kKept;
   FitGoals goals;
   SizeLimits limits;
   FaceOverrides face;
