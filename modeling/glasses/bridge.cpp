@@ -17,9 +17,11 @@ using Eigen::Vector3d;
 constexpr double kLean = RadiansFromDegrees(25.0);
 /// A saddle's middle is this much higher than d1, for a broad bearing surface.
 constexpr double kSaddleHeight = 1.25;
+/// How much a keyhole's arch rises at its ends, beside a parabola's tangent.
+constexpr double kKeyholeSteepness = 0.8;
 /// A keyhole's flanks: length down the rim and how far they swell to the nose, mm.
 constexpr double kFlankLength = 12.0;
-constexpr double kFlankSwell = 2.2;
+constexpr double kFlankSwell = 3.0;
 
 Vector3d Mirrored(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
 
@@ -42,7 +44,10 @@ std::vector<BezierTube> BowedBridge(const FrameDesign& d, const TubeSection& rig
   const Vector3d middle(0.0, right.centre.y() + BridgeForward(d.details), right.centre.z() + BridgeRise(d.details));
   const Vector3d chord = (middle - right.centre).normalized();
   // A parabola's tangents at both ends of a chord are mirror images about it.
-  const Vector3d leaving = 2.0 * chord.dot(across) * chord - across;
+  Vector3d leaving = 2.0 * chord.dot(across) * chord - across;
+  // A keyhole's hole is rounder: the arch rises from the flanks.
+  if (d.details.bridge == BridgeForm::kKeyhole)
+    leaving = (leaving + kKeyholeSteepness * Vector3d::UnitZ()).normalized();
   const TubeJet start{right.centre, leaving, right.half_width, right.half_depth};
   const TubeJet end{middle, across, 0.5 * height * Vector3d(0.0, -std::sin(kLean), std::cos(kLean)),
                     0.5 * d.depth() * Vector3d(0.0, std::cos(kLean), std::sin(kLean))};
@@ -98,12 +103,14 @@ PatchShell KeyholeFlank(const FrameDesign& design, const Rim& rim) {
   const BezierCurve seam = Split(Split(curve, to).first, from / to).second;
   // From the centre line to the nose: over half the rim and out of it; the section reaches 3/4 of its control points.
   const double skin = 0.5 * std::max(rim.thickness[3], rim.thickness[6]);
-  const double reach = (skin + kFlankSwell) / 0.75;
+  // Narrow bridges keep half their opening.
+  const double opening = design.bridge_gap() - 2.0 * skin;
+  const double reach = (skin + std::clamp(0.25 * opening, 0.1, kFlankSwell)) / 0.75;
   const Vector3d nasal = -rim.frame_from_rim.linear().col(0);
   const auto section = [&](std::size_t i, double size) -> TubeSection {
     return {seam[i] + 0.5 * size * reach * nasal, 0.5 * size * reach * nasal, size * rim.half_depth};
   };
-  return ShellOfTubes("flank_right", {BezierTube({section(0, 0.0), section(1, 0.9), section(2, 1.1), section(3, 0.0)})},
+  return ShellOfTubes("flank_right", {BezierTube({section(0, 0.0), section(1, 1.2), section(2, 0.8), section(3, 0.0)})},
                       TubeEnds::kCapped);
 }
 

@@ -67,6 +67,9 @@ struct HalfRimSpan {
 /// or too short to hide it.
 [[nodiscard]] TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width);
 
+/// Place of a groove's lips across a section, in half widths, when it opens by this share of s (0 … 0.75).
+[[nodiscard]] double GrooveLip(double opening_share);
+
 /// z of bridge and temples in the frame frame, mm.
 [[nodiscard]] double BridgeZ(const FrameDesign& design);
 [[nodiscard]] double TempleZ(const FrameDesign& design);

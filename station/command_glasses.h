@@ -1,0 +1,10 @@
+#pragma once
+
+#include "station/commands.h"
+
+namespace annulus {
+
+/// Adds `glasses design`.
+void AddGlassesDesign(CLI::App& parent, CommandWork& chosen);
+
+}  // namespace annulus
