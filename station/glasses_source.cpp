@@ -1,0 +1,87 @@
+#include "station/glasses_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "modeling/glasses/rim.h"
+
+namespace annulus {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The `format` of a file of ours; "" if it is none.
+std::string FormatOf(const std::string& text) {
+  const auto root = nlohmann::json::parse(text, nullptr, false);
+  if (!root.is_object()) return "";
+  const auto format = root.find("format");
+  return format != root.end() && format->is_string() ? format->get<std::string>() : "";
+}
+
+/// Outline point of `eye` in the frame frame: the rim's frame has x to the wearer's right, the outline to the viewer's.
+Vector3d InFrame(const Frame& frame, Eye eye, const Eigen::Vector2d& p) {
+  Vector3d at = frame.rim.frame_from_rim * Vector3d(eye == Eye::kRight ? -p.x() : p.x(), 0.0, p.y());
+  if (eye == Eye::kLeft) at.x() = -at.x();
+  return at;
+}
+
+}  // namespace
+
+Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path) {
+  const auto text = ReadTextFile(storage, path);
+  RETURN_IF_ERROR(text);
+  FrameFile design;
+  std::optional<WornFile> worn;
+  if (FormatOf(*text) == "annulus-frame") {
+    const auto file = FrameFromJson(*text, path);
+    RETURN_IF_ERROR(file);
+    design = *file;
+  } else {
+    const auto file = WornFileFromJson(*text, path);
+    RETURN_IF_ERROR(file);
+    worn = *file;
+    design = {file->worn.design, file->material, file->worn.adjustment};
+  }
+  const auto frame = BuildFrame(design.design, design.adjustment.value_or(StandardAdjustment(design.design)));
+  RETURN_IF_ERROR(frame);
+  return GlassesSource{design, worn, *frame};
+}
+
+GlassesBoxing BoxingOfFrame(const Frame& frame) {
+  const LensOutline right = LensOutlineOf(frame, Eye::kRight);
+  double nearest = 1e9;
+  for (const Eigen::Vector2d& p : right.points) nearest = std::min(nearest, InFrame(frame, Eye::kRight, p).x());
+  return {BoxOf(right), BoxOf(LensOutlineOf(frame, Eye::kLeft)), 2.0 * nearest, frame.arm_right.overall_length};
+}
+
+std::string SizeMark(const GlassesBoxing& boxing) {
+  return fmt::format("{:.0f}□{:.0f}-{:.0f}", boxing.right.a, boxing.dbl, boxing.temple);
+}
+
+std::optional<PupilPlace> PupilOf(const GlassesSource& source, Eye eye) {
+  if (!source.worn) return std::nullopt;
+  const WornFrame& worn = source.worn->worn;
+  const Eigen::Isometry3d frame_from_station = worn.station_from_frame.inverse();
+  const FacePoint& point = eye == Eye::kRight ? worn.face.eye_right : worn.face.eye_left;
+  const Vector3d pupil = frame_from_station * point.position;
+  const Vector3d gaze = frame_from_station.linear() * Vector3d::UnitY();
+  const Vector3d centre = InFrame(source.frame, eye, Eigen::Vector2d::Zero());
+  Vector3d normal = source.frame.rim.frame_from_rim.linear() * Vector3d::UnitY();
+  if (eye == Eye::kLeft) normal.x() = -normal.x();
+  const double along = gaze.dot(normal);
+  if (!(along > 0.1)) return std::nullopt;  // the frame does not stand before the face
+  PupilPlace place;
+  place.in_frame = pupil + (centre - pupil).dot(normal) / along * gaze;
+  place.pd = std::abs(place.in_frame.x());
+  const LensBox box = BoxOf(LensOutlineOf(source.frame, eye));
+  const Eigen::Isometry3d rim_from_frame = source.frame.rim.frame_from_rim.inverse();
+  Vector3d on_right = place.in_frame;
+  if (eye == Eye::kLeft) on_right.x() = -on_right.x();
+  place.height = (rim_from_frame * on_right).z() - (box.centre.y() - 0.5 * box.b);
+  return place;
+}
+
+}  // namespace annulus
