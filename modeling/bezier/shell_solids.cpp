@@ -27,10 +27,10 @@ std::array<BezierCurve, 4> Circle(const ProfilePoint& point) {
   return quarters;
 }
 
-void AppendDisc(const std::array<BezierCurve, 4>& circle, PatchShell& shell) {
-  // u = 0 from corner 0 to 1, v = 1 from 1 to 2, u = 1 from 3 to 2, v = 0 from 0 to 3.
-  shell.patches.push_back({CoonsPatch({circle[0], Backwards(circle[2]), Backwards(circle[3]), circle[1]}),
-                           PatchDetail::kAlong, PatchDetail::kAlong});
+/// The flat patch within a circle; its normal is +z.
+BezierPatch Disc(const std::array<BezierCurve, 4>& circle) {
+  // v = 0 from corner 0 to 1, u = 1 from 1 to 2, v = 1 from 3 to 2, u = 0 from 0 to 3.
+  return CoonsPatch({Backwards(circle[3]), circle[1], circle[0], Backwards(circle[2])});
 }
 
 }  // namespace
@@ -74,11 +74,9 @@ PatchShell TurnedShell(std::string name, const Eigen::Isometry3d& to_from_solid,
     }
   }
   if (ends == ProfileEnds::kDiscs) {
-    AppendDisc(circles.front(), shell);
-    PatchShell last{"", {}};
-    AppendDisc(circles.back(), last);
-    const ShellPatch& disc = last.patches.front();
-    shell.patches.push_back({disc.patch.Flipped(), disc.v, disc.u});
+    // The bands' normals point outward if the profile falls, so the first disc is the upper one.
+    shell.patches.push_back({Disc(circles.front()), PatchDetail::kAlong, PatchDetail::kAlong});
+    shell.patches.push_back({Disc(circles.back()).Flipped(), PatchDetail::kAlong, PatchDetail::kAlong});
   }
   return TurnedOutward(Moved(shell, to_from_solid));
 }

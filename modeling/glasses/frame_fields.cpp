@@ -106,6 +106,12 @@ std::vector<FrameField> MakeFields() {
       Length("groove-depth", "groove_depth_mm", &D::groove_depth, {0, 1.2},
              "depth of the groove for the lens; 0: none"),
       Length("groove-width", "groove_width_mm", &D::groove_width, {0, 2.5}, "opening of the groove for the lens"),
+      Length("bridge-forward", "bridge_forward_mm", &D::bridge_forward, {-3, 12},
+             "how far a saddle's or keyhole's middle stands before its ends"),
+      Length("bridge-rise", "bridge_rise_mm", &D::bridge_rise, {-3, 12},
+             "how far a saddle's or keyhole's middle is over its ends"),
+      Length("lens-edge", "lens_edge_mm", &D::lens_edge, {1, 12},
+             "edge of the lens that a rimless mount's screw goes through"),
       {"frame-curve",
        "frame_curve_dpt",
        FieldUnit::kDioptres,
@@ -297,7 +303,7 @@ Result<FrameDesign> WithField(const FrameDesign& design, std::string_view option
     return Fail(attempt, fmt::format("there is no form '{}'", text), AdviceFor(*field));
   }
   const std::optional<double> value = ParseNumber(*field, design.parameters, text);
-  if (!value || *value < 0.0 || (*value == 0.0 && IsParameter(*field))) {
+  if (!value || (*value < 0.0 && field->low >= 0.0) || (*value == 0.0 && IsParameter(*field))) {
     return Fail(attempt, fmt::format("'{}' is not a {}", text, IsParameter(*field) ? "positive length" : "size"),
                 AdviceFor(*field));
   }

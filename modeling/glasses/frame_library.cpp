@@ -29,15 +29,7 @@ struct SizeNumber {
 constexpr std::array<SizeNumber, 3> kSizeNumbers{{{"a_mm", &FrameSize::a, 20.0, 90.0},
                                                   {"dbl_mm", &FrameSize::dbl, 8.0, 40.0},
                                                   {"temple_mm", &FrameSize::temple, 80.0, 180.0}}};
-constexpr SizeNumber kHeightNumber{"b_mm", nullptr, 12.0, 90.0};
-
-Result<double> ReadSizeNumber(const JsonReader& reader, const Json& object, const SizeNumber& number) {
-  const Result<double> value = reader.Number(object, number.key);
-  RETURN_IF_ERROR(value);
-  if (*value >= number.low && *value <= number.high) return value;
-  return reader.Refuse(
-      fmt::format("{} is {} mm, not {} … {}", reader.Named(number.key), *value, number.low, number.high));
-}
+constexpr double kLowestLens = 12.0;
 
 Result<FrameSize> ReadSize(const JsonReader& reader, const Json& object) {
   if (!object.is_object()) return reader.Refuse(reader.Named("") + " is no object");
@@ -47,15 +39,16 @@ Result<FrameSize> ReadSize(const JsonReader& reader, const Json& object) {
   RETURN_IF_ERROR(name);
   size.name = *name;
   for (const SizeNumber& number : kSizeNumbers) {
-    const Result<double> value = ReadSizeNumber(reader, object, number);
+    const Result<double> value = reader.Number(object, number.key);
     RETURN_IF_ERROR(value);
     size.*number.member = *value;
   }
-  if (object.contains(kHeightNumber.key)) {
-    const Result<double> value = ReadSizeNumber(reader, object, kHeightNumber);
+  if (object.contains("b_mm")) {
+    const Result<double> value = reader.Number(object, "b_mm");
     RETURN_IF_ERROR(value);
     size.b = *value;
   }
+  if (const Status valid = Validate(size); !valid) return reader.Refuse(reader.Named("") + ": " + valid.error().seen);
   return size;
 }
 
@@ -113,6 +106,18 @@ Json StyleToJson(const LibraryStyle& style) {
 }
 
 }  // namespace
+
+Status Validate(const FrameSize& size) {
+  const auto check = [](const char* key, double value, double low, double high) -> Status {
+    if (value >= low && value <= high) return {};
+    return Fail("check the size", fmt::format("{} is {} mm", key, value),
+                fmt::format("choose {} from {} to {} mm", key, low, high));
+  };
+  for (const SizeNumber& number : kSizeNumbers) {
+    RETURN_IF_ERROR(check(number.key, size.*number.member, number.low, number.high));
+  }
+  return check("b_mm", size.b.value_or(size.a), kLowestLens, kSizeNumbers[0].high);
+}
 
 const FrameSize* LibraryStyle::Size(std::string_view size_name) const {
   for (const FrameSize& size : sizes) {

@@ -22,6 +22,9 @@ struct FrameSize {
   [[nodiscard]] bool operator==(const FrameSize&) const = default;
 };
 
+/// Whether spectacles have such sizes. The error names the value and its range.
+[[nodiscard]] Status Validate(const FrameSize& size);
+
 /// A named starting point of a design.
 struct LibraryStyle {
   std::string name;  ///< "wellington".

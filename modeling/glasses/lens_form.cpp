@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "base/units.h"
 #include "modeling/glasses/lens_thickness.h"
@@ -16,6 +17,8 @@ namespace {
 
 constexpr const char* kAttempt = "design the lens";
 constexpr int kMostThicknessSteps = 60;
+constexpr int kMostScans = 30;
+constexpr double kBoundaryStep = 0.4;    // mm
 constexpr double kThicknessDone = 1e-9;  // mm
 constexpr int kMostNewtonSteps = 12;
 constexpr int kMostRounds = 12;
@@ -90,25 +93,69 @@ LensSurface BackSurface(const Eigen::Matrix2d& curvatures, const Eigen::Vector3d
   return back;
 }
 
-/// How much thicker (mm, negative: thinner) the lens must be for the rule; NaN if a surface does not reach.
-double MissingThickness(const LensForm& form, const LensOutline& outline, const ThicknessRule& rule) {
-  double missing = rule.minimum_centre - form.centre_thickness;
-  for (const Eigen::Vector2d& point : outline.points) {
-    const double thickness = form.Thickness(point.x(), point.y());
-    if (!std::isfinite(thickness)) return std::numeric_limits<double>::quiet_NaN();
-    missing = std::max(missing, rule.minimum_edge - thickness);
+/// Points on the outline's sides, at most kBoundaryStep apart: between them the thickness bends by less than a micron
+/// or so.
+std::vector<Eigen::Vector2d> BoundaryOf(const LensOutline& outline) {
+  std::vector<Eigen::Vector2d> boundary;
+  for (std::size_t i = 0; i < outline.points.size(); ++i) {
+    const Eigen::Vector2d& from = outline.points[i];
+    const Eigen::Vector2d& to = outline.points[i + 1 == outline.points.size() ? 0 : i + 1];
+    const double parts = std::max(1.0, std::ceil((to - from).norm() / kBoundaryStep));
+    for (double part = 0.0; part < parts; ++part) boundary.emplace_back(from + (part / parts) * (to - from));
   }
+  return boundary;
+}
+
+/// The edge of a lens: where it is thinnest, and how thick at most.
+struct BoundaryScan {
+  bool reached = true;  ///< Both surfaces reach everywhere.
+  Eigen::Vector2d thinnest = Eigen::Vector2d::Zero();
+  double thickest = 0.0;  ///< mm.
+};
+BoundaryScan Scan(const LensForm& form, const std::vector<Eigen::Vector2d>& boundary) {
+  BoundaryScan scan;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector2d& point : boundary) {
+    const double thickness = form.Thickness(point.x(), point.y());
+    if (!std::isfinite(thickness)) return {false, point, 0.0};
+    scan.thickest = std::max(scan.thickest, thickness);
+    if (thickness < least) {
+      least = thickness;
+      scan.thinnest = point;
+    }
+  }
+  return scan;
+}
+
+/// How much thicker (mm, negative: thinner) the lens must be for the rule, if its edge is thinnest at `thinnest`.
+double MissingThickness(const LensForm& form, const Eigen::Vector2d& thinnest, const LensOutline& outline,
+                        const ThicknessRule& rule) {
+  const double edge = form.Thickness(thinnest.x(), thinnest.y());
+  double missing = std::max(rule.minimum_centre - form.centre_thickness, rule.minimum_edge - edge);
   const std::optional<InnerExtreme> inner = InnerExtremeOf(form, outline);
   if (inner && inner->minimum) missing = std::max(missing, rule.minimum_centre - inner->thickness);
   return missing;
 }
 
-double Thickest(const LensForm& form, const LensOutline& outline) {
-  double thickest = form.centre_thickness;
-  for (const Eigen::Vector2d& point : outline.points) {
-    thickest = std::max(thickest, form.Thickness(point.x(), point.y()));
+tl::unexpected<Error> TooThick(double thickness, const ThicknessRule& rule) {
+  return Fail(kAttempt, fmt::format("it would be {:.1f} mm thick, more than {:.1f} mm", thickness, rule.largest),
+              "use a smaller frame, less decentration or a higher index");
+}
+
+/// Thickens (or thins) the lens until nothing is missing at one point of the edge.
+Result<LensForm> KeepRuleAt(const Eigen::Vector2d& thinnest, const LensForm& start, const LensFormSpec& spec,
+                            const LensOrder& order, const LensOutline& outline, const ThicknessRule& rule) {
+  LensForm form = start;
+  for (int step = 0; step < kMostThicknessSteps; ++step) {
+    const double missing = MissingThickness(form, thinnest, outline, rule);
+    if (std::abs(missing) < kThicknessDone) return form;
+    const double thickness = form.centre_thickness + missing;
+    if (!(thickness < 2.0 * rule.largest)) return TooThick(thickness, rule);
+    const Result<LensForm> next = BuildLensForm(spec, order, thickness);
+    RETURN_IF_ERROR(next);
+    form = *next;
   }
-  return thickest;
+  return Fail(kAttempt, "no thickness keeps the minima", "use a smaller frame or a weaker lens");
 }
 
 tl::unexpected<Error> DoesNotReach(const LensForm& form, const LensOutline& outline) {
@@ -198,25 +245,18 @@ Result<LensForm> BuildLensForm(const LensFormSpec& spec, const LensOrder& order,
 
 Result<LensForm> ThinnestLensForm(const LensFormSpec& spec, const LensOrder& order, const LensOutline& outline,
                                   const ThicknessRule& rule) {
-  double thickness = rule.minimum_centre;
-  for (int step = 0; step < kMostThicknessSteps; ++step) {
-    const Result<LensForm> form = BuildLensForm(spec, order, thickness);
+  const std::vector<Eigen::Vector2d> boundary = BoundaryOf(outline);
+  Result<LensForm> form = BuildLensForm(spec, order, rule.minimum_centre);
+  for (int round = 0; round < kMostScans; ++round) {
     RETURN_IF_ERROR(form);
-    const double missing = MissingThickness(*form, outline, rule);
-    if (!std::isfinite(missing)) return DoesNotReach(*form, outline);
-    if (std::abs(missing) < kThicknessDone) {
-      const double thickest = Thickest(*form, outline);
-      if (thickest <= rule.largest) return form;
-      return Fail(kAttempt, fmt::format("it would be {:.1f} mm thick, more than {:.1f} mm", thickest, rule.largest),
-                  "use a smaller frame, less decentration or a higher index");
+    const BoundaryScan scan = Scan(*form, boundary);
+    if (!scan.reached) return DoesNotReach(*form, outline);
+    if (std::abs(MissingThickness(*form, scan.thinnest, outline, rule)) < kThicknessDone) {
+      const double thickest = std::max(form->centre_thickness, scan.thickest);
+      if (thickest > rule.largest) return TooThick(thickest, rule);
+      return form;
     }
-    thickness += missing;
-    if (thickness > 2.0 * rule.largest) {
-      return Fail(kAttempt,
-                  fmt::format("it would be {:.1f} mm thick at the optical centre, more than {:.1f} mm", thickness,
-                              rule.largest),
-                  "use a smaller frame, less decentration or a higher index");
-    }
+    form = KeepRuleAt(scan.thinnest, *form, spec, order, outline, rule);
   }
   return Fail(kAttempt, "no thickness keeps the minima", "use a smaller frame or a weaker lens");
 }

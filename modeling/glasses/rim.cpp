@@ -310,25 +310,32 @@ BezierCurve HiddenCurve(const Rim& rim, RimSide side) {
 
 TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width) {
   constexpr double kTaper = 0.9;
+  constexpr double kBend = 0.2;
   double thinnest = rim.thickness[3 * TubeOf(side)];
   for (const std::size_t i : Rows(TubeOf(side))) thinnest = std::min(thinnest, rim.thickness[i]);
   const BezierCurve curve = HiddenCurve(rim, side);
   const double room = std::min(std::abs(z - curve[0].z()), std::abs(z - curve[3].z()));
   double height = std::min(width, 1.9 * room);
+  const double half_thickness = 0.375 * 2.0 * rim.half_depth.norm();
+  const Vector3d normal = rim.half_depth.normalized();
   Vector3d top;
   Vector3d bottom;
-  for (int round = 0; round < 8; ++round) {
+  double out_of_plane = 0.0;  // how far the rim bends away along its normal, in half thicknesses
+  for (int round = 0; round < 12; ++round) {
     top = CubicBezierPoint(curve, CurveParameterAt(curve, z + 0.5 * height));
     bottom = CubicBezierPoint(curve, CurveParameterAt(curve, z - 0.5 * height));
     const Vector3d on_curve = CubicBezierPoint(curve, CurveParameterAt(curve, 0.5 * (top.z() + bottom.z())));
-    const double sag = (on_curve - 0.5 * (top + bottom)).norm();
-    const double allowed = kWander * 0.5 * thinnest;
-    if (sag <= allowed) break;
-    height *= 0.95 * std::sqrt(allowed / sag);
+    const Vector3d sag = on_curve - 0.5 * (top + bottom);
+    out_of_plane = std::abs(sag.dot(normal)) / half_thickness;
+    const double in_plane = (sag - sag.dot(normal) * normal).norm() / (0.5 * thinnest);
+    const double excess = std::max(in_plane / kWander, out_of_plane / kBend);
+    if (excess <= 1.0) break;
+    height *= 0.95 / std::sqrt(excess);
   }
   const double place = HiddenPlace(rim, side);
   const double share = place > 0.0 ? DepthShareAt(std::min(place + kWander, 0.95)) / 0.75 : 1.0;
-  return {0.5 * (top + bottom), 0.5 * (top - bottom), kTaper * share * rim.half_depth};
+  const double taper = kTaper - 1.25 * out_of_plane;
+  return {0.5 * (top + bottom), 0.5 * (top - bottom), taper * share * rim.half_depth};
 }
 
 }  // namespace annulus

@@ -33,8 +33,8 @@ TEST(FrameFields, NameEveryFieldOnceWithItsUnit) {
     EXPECT_EQ(field.key.ends_with("_dpt"), field.unit == FieldUnit::kDioptres) << field.key;
     EXPECT_EQ(field.low < field.high, field.unit != FieldUnit::kWord) << field.key;
   }
-  // 9 lengths of the paper; 5 forms and 13 numbers of FrameDetails.
-  EXPECT_EQ(options.size(), 27U);
+  // 9 lengths of the paper; 5 forms and 16 numbers of FrameDetails.
+  EXPECT_EQ(options.size(), 30U);
 }
 
 TEST(FrameFields, CoverEveryMemberOfTheDetails) {
@@ -47,24 +47,24 @@ TEST(FrameFields, CoverEveryMemberOfTheDetails) {
       design = WithStoredNumber(field, design, 1.25);
     }
   }
-  const FrameDetails expected{RimForm::kRimless,
-                              BridgeForm::kKeyhole,
-                              PadForm::kAdjustable,
-                              TempleForm::kStraight,
-                              HingeForm::kBarrel,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25,
-                              1.25};
+  FrameDetails expected;
+  expected.rim = RimForm::kRimless;
+  expected.bridge = BridgeForm::kKeyhole;
+  expected.pads = PadForm::kAdjustable;
+  expected.temple = TempleForm::kStraight;
+  expected.hinge = HingeForm::kBarrel;
+  for (auto member : {&FrameDetails::bridge_gap, &FrameDetails::depth, &FrameDetails::arm_height,
+                      &FrameDetails::arm_width, &FrameDetails::bridge_forward, &FrameDetails::bridge_rise}) {
+    expected.*member = 1.25;
+  }
+  for (auto member :
+       {&FrameDetails::groove_depth, &FrameDetails::groove_width, &FrameDetails::lens_edge, &FrameDetails::frame_curve,
+        &FrameDetails::face_form, &FrameDetails::end_piece, &FrameDetails::tip_length, &FrameDetails::tip_drop,
+        &FrameDetails::pad_length, &FrameDetails::pad_width}) {
+    expected.*member = 1.25;
+  }
+  // A member that is not listed here keeps the size of the struct from being what it is.
+  static_assert(sizeof(FrameDetails) == 5 * 4 + 4 + 6 * sizeof(std::optional<double>) + 10 * sizeof(double));
   EXPECT_EQ(design.details, expected);
 }
 
@@ -103,13 +103,15 @@ TEST(FrameFields, GoBackToThePaper) {
 
 TEST(FrameFields, SayWhatIsWrongWithAValue) {
   for (const FrameField& field : FrameFields()) {
-    for (const char* bad : {"", "abc", "7x", "nan", "inf", "-3", "%", "1e999", "rounder"}) {
+    for (const char* bad : {"", "abc", "7x", "nan", "inf", "-", "%", "1e999", "rounder"}) {
       const auto changed = WithField(FrameDesign(), field.option, bad);
       ASSERT_FALSE(changed) << field.option << " " << bad;
       EXPECT_THAT(changed.error().Text(), HasSubstr(std::string(field.option))) << bad;
     }
   }
   EXPECT_FALSE(WithField(FrameDesign(), "height", "0"));
+  EXPECT_FALSE(WithField(FrameDesign(), "groove-depth", "-1"));
+  EXPECT_TRUE(WithField(FrameDesign(), "bridge-rise", "-1"));
   EXPECT_FALSE(WithField(FrameDesign(), "height", "quite round"));
   EXPECT_FALSE(WithField(FrameDesign(), "face-form", "5%"));
   EXPECT_FALSE(WithField(FrameDesign(), "colour", "3"));

@@ -275,6 +275,54 @@ TEST(LensDesign, ImpossibleOrdersAreRefusedWithTheReason) {
   EXPECT_THAT(Complaint(Order(-1.0, -12.0), frame, options), HasSubstr("the left lens: it would be"));
 }
 
+TEST(LensDesign, ExtremeOrdersAreDesignedOrRefusedNeverBroken) {
+  test::Dice dice(404);
+  int designed = 0;
+  for (int i = 0; i < 1500; ++i) {
+    Prescription rx = Order(0.0, 0.0);
+    for (EyePrescription* eye : {&rx.right, &rx.left}) {
+      const double reach = dice.Between(2.0, 30.0);
+      eye->sphere = dice.Between(-reach, reach);
+      eye->cylinder = std::clamp(dice.Between(-15.0, 15.0), -30.0 - eye->sphere, 30.0 - eye->sphere);
+      eye->axis_deg = dice.Between(0.0, 180.0);
+      eye->prism = {dice.Between(-14.0, 14.0), dice.Between(-14.0, 14.0)};
+      eye->pd = dice.Between(27.0, 39.0);
+      eye->height = dice.Between(10.0, 18.0);
+    }
+    FrameForLenses frame;
+    for (RimForLens* rim : {&frame.right, &frame.left}) {
+      rim->outline = Ellipse(dice.Between(36.0, 60.0), dice.Between(26.0, 40.0), 92);
+      rim->position = {dice.Between(5.0, 30.0), RadiansFromDegrees(dice.Between(-30.0, 30.0)),
+                       RadiansFromDegrees(dice.Between(-35.0, 35.0))};
+    }
+    LensOptions options;
+    options.base_rule = static_cast<BaseCurveRule>(dice.Below(3));
+    options.given_base = dice.Between(0.0, 16.0);
+    options.power_model = static_cast<PowerModel>(dice.Below(2));
+    options.power_order = static_cast<PowerOrder>(dice.Below(2));
+    options.largest_thickness = 50.0;
+    options.bevel.mode = static_cast<BevelMode>(dice.Below(3));
+    const auto pair = DesignLensPair(rx, Material("cr39"), frame, options);
+    if (!pair) {
+      EXPECT_FALSE(pair.error().seen.empty());
+      continue;
+    }
+    ++designed;
+    for (const LensDesign* lens : {&pair->right, &pair->left}) {
+      EXPECT_GE(lens->thinnest, std::min(options.minimum_edge, options.minimum_centre) - 1e-3);
+      EXPECT_LE(lens->thickest, 50.1);
+      EXPECT_GT(lens->body.volume, 0.0);
+      EXPECT_TRUE(std::isfinite(lens->body.weight + lens->bevel.mean_z + lens->bevel.unevenness));
+      EXPECT_TRUE(std::isfinite(lens->power.as_worn_error + lens->power.to_surface.prism.norm()));
+      if (options.power_order == PowerOrder::kCompensated) {
+        EXPECT_LE(lens->power.as_worn_error, 0.01);
+      }
+    }
+  }
+  EXPECT_GT(designed, 300);
+  RecordProperty("designed", designed);
+}
+
 TEST(LensDesign, ImpossibleFramesPositionsAndOptionsAreRefusedByName) {
   const Prescription rx = Order(-1.0, -1.0);
   FrameForLenses frame = UsualFrame();
