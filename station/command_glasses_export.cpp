@@ -37,7 +37,8 @@ const std::vector<ExportFormat>& Formats() {
       {".stl", GlassesStl},
       {".step", GlassesStep},
       {".dcs", GlassesDcs},
-      {".json", [](const GlassesSource& source, const GlassesExportOptions&) { return Result<ExportedFile>(GlassesJson(source)); }},
+      {".json", [](const GlassesSource& source,
+                   const GlassesExportOptions&) { return Result<ExportedFile>(GlassesJson(source)); }},
       {".pdf", GlassesDrawing},
   };
   return formats;
@@ -100,11 +101,14 @@ Status RunExport(ExportOptions options, CommandIo& io) {
 void AddGlassesExport(CLI::App& parent, CommandWork& chosen) {
   auto options = std::make_shared<ExportOptions>();
   CLI::App* command = parent.add_subcommand("export", "the files from which a frame and its lenses are made");
-  command->add_option("source", options->source, "worn frame, or a design")->required()->type_name("WORN.json|FRAME.json");
+  command->add_option("source", options->source, "worn frame, or a design")
+      ->required()
+      ->type_name("WORN.json|FRAME.json");
   command
-      ->add_option("--out", options->outs,
-                   "file to write; may be repeated: .stl for printing, .step solid, .dcs trace for the lab, .json design, "
-                   ".pdf drawing 1:1")
+      ->add_option(
+          "--out", options->outs,
+          "file to write; may be repeated: .stl for printing, .step solid, .dcs trace for the lab, .json design, "
+          ".pdf drawing 1:1")
       ->required()
       ->type_name("F.{stl,step,dcs,json,pdf}");
   command->add_option("--order-sheet", options->order_sheet, "order sheet to write besides")->type_name("F.pdf");
@@ -112,8 +116,9 @@ void AddGlassesExport(CLI::App& parent, CommandWork& chosen) {
   command->add_option("--lens-material", options->glasses.lens_material, "what the lenses are made of")
       ->type_name("NAME")
       ->capture_default_str();
-  command->add_option("--confirmed-by", options->glasses.confirmed_by,
-                      "who confirmed PDs and heights; without it no .dcs is written")
+  command
+      ->add_option("--confirmed-by", options->glasses.confirmed_by,
+                   "who confirmed PDs and heights; without it no .dcs is written")
       ->type_name("NAME");
   command->add_option("--reference", options->glasses.reference, "of the customer or the order")->type_name("REF");
   command->add_option("--min-wall", options->least_wall, "thinnest wall of your process, mm")

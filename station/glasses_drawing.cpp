@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "modeling/glasses/boxing.h"
 #include "station/drawing_marks.h"
 #include "station/glasses_views.h"
 
@@ -54,7 +56,7 @@ class PlacedView {
 class DrawingPages {
  public:
   DrawingPages(SheetCanvas& canvas, const GlassesSource& source, const GlassesExportOptions& options)
-      : canvas_(canvas), marks_(canvas), source_(source), options_(options), boxing_(BoxingOfFrame(source.frame)) {}
+      : canvas_(canvas), marks_(canvas), source_(source), options_(options), boxing_(BoxingOf(source.frame)) {}
 
   void First();
   void Second();
@@ -75,7 +77,7 @@ class DrawingPages {
   DrawingMarks marks_;
   const GlassesSource& source_;
   const GlassesExportOptions& options_;
-  GlassesBoxing boxing_;
+  FrameBoxing boxing_;
 };
 
 std::string DrawingPages::Name() const {
@@ -94,7 +96,7 @@ void DrawingPages::Border(int page) {
   canvas_.Stroke({{left, top + 11.0}, {right, top + 11.0}}, {0.18, kInk});
   canvas_.Stroke({{left, top + 20.5}, {right, top + 20.5}}, {0.18, kInk});
   canvas_.Text({left + 3.0, top + 7.6}, Name(), {14.0, kInk, Weight::kBold});
-  canvas_.Text({right - 3.0, top + 7.6}, SizeMark(boxing_), {14.0, kInk, Weight::kBold, Align::kRight});
+  canvas_.Text({right - 3.0, top + 7.6}, SizeMark(source_.frame), {14.0, kInk, Weight::kBold, Align::kRight});
   const auto field = [&](double x, double y, const std::string& label, const std::string& value) {
     canvas_.Text({x, y + 3.2}, label, {5.5, kSoft});
     canvas_.Text({x, y + 7.4}, value, {8.5, kInk});
@@ -208,7 +210,7 @@ void DrawingPages::Top(double centre, double top) {
 
 void DrawingPages::Lens(const Vector2d& centre) {
   const LensOutline outline = LensOutlineOf(source_.frame, Eye::kRight);
-  const LensBox& box = boxing_.right;
+  const LensBox box = BoxOf(outline);
   const auto place = [&](const Vector2d& p) -> Vector2d {
     return centre + Vector2d(p.x() - box.centre.x(), box.centre.y() - p.y());
   };
@@ -219,16 +221,15 @@ void DrawingPages::Lens(const Vector2d& centre) {
   const Vector2d half(0.5 * box.a, 0.5 * box.b);
   const Vector2d low = centre - half;
   const Vector2d high = centre + half;
-  canvas_.Stroke({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low},
-                 {0.15, kSoft, SheetStroke::Dash::kDashed});
+  canvas_.Stroke({low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}, {0.15, kSoft, SheetStroke::Dash::kDashed});
   canvas_.StrokeCircle(centre, 0.5 * box.ed, {0.15, kSoft, SheetStroke::Dash::kDashed});
   marks_.CentreLine(centre - Vector2d(half.x() + 4.0, 0.0), centre + Vector2d(half.x() + 4.0, 0.0));
   marks_.CentreLine(centre - Vector2d(0.0, half.y() + 4.0), centre + Vector2d(0.0, half.y() + 4.0));
   const double radius = 0.5 * box.ed;
   marks_.Level({low.x(), high.y()}, high, centre.y() + radius + 7.0, "A " + Millimetres(box.a));
   marks_.Upright({high.x(), low.y()}, high, centre.x() + radius + 7.0, "B " + Millimetres(box.b));
-  canvas_.Text({centre.x(), centre.y() + radius + 15.0}, fmt::format("ED {:.1f}   circumference {:.1f}", box.ed,
-                                                                     box.circumference),
+  canvas_.Text({centre.x(), centre.y() + radius + 15.0},
+               fmt::format("ED {:.1f}   circumference {:.1f}", box.ed, box.circumference),
                {8.0, kInk, Weight::kRegular, Align::kCentre});
   canvas_.Text({centre.x(), centre.y() - radius - 8.5}, "right lens in its plane, from the front",
                {9.0, kInk, Weight::kBold, Align::kCentre});
@@ -242,11 +243,11 @@ void DrawingPages::Facts(const Vector2d& corner) {
   const FrameDesign& design = source_.design.design;
   const FrameDetails& details = design.details;
   std::vector<std::pair<std::string, std::string>> rows = {
-      {"lens width A", Millimetres(boxing_.right.a)},
-      {"lens height B", Millimetres(boxing_.right.b)},
-      {"effective diameter ED", Millimetres(boxing_.right.ed)},
+      {"lens width A", Millimetres(boxing_.a)},
+      {"lens height B", Millimetres(boxing_.b)},
+      {"effective diameter ED", Millimetres(boxing_.ed)},
       {"distance between lenses DBL", Millimetres(boxing_.dbl)},
-      {"lens circumference", Millimetres(boxing_.right.circumference)},
+      {"lens circumference", Millimetres(boxing_.circumference)},
       {"temple right / left",
        fmt::format("{:.1f} / {:.1f}", source_.frame.arm_right.overall_length, source_.frame.arm_left.overall_length)},
       {"to bend right / left",
@@ -259,7 +260,8 @@ void DrawingPages::Facts(const Vector2d& corner) {
                                    : "none"},
       {"frame curve", fmt::format("{:.1f} D", details.frame_curve)},
       {"face form angle", fmt::format("{:.1f}°", DegreesFromRadians(details.face_form))}};
-  if (source_.worn) rows.emplace_back("tilt as worn", fmt::format("{:.1f}°", DegreesFromRadians(source_.worn->worn.tilt)));
+  if (source_.worn)
+    rows.emplace_back("tilt as worn", fmt::format("{:.1f}°", DegreesFromRadians(source_.worn->worn.tilt)));
   constexpr double kRow = 5.2;
   constexpr double kWidth = 92.0;
   canvas_.Text(corner, "sizes in mm, boxing system", {9.0, kInk, Weight::kBold});

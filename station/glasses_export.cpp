@@ -7,6 +7,7 @@
 
 #include "modeling/exchange/dcs.h"
 #include "modeling/exchange/step_file.h"
+#include "modeling/glasses/boxing.h"
 #include "modeling/glasses/wall_check.h"
 #include "modeling/mesh/float_mesh.h"
 #include "modeling/mesh/mesh_io.h"
@@ -118,8 +119,8 @@ Result<ExportedFile> GlassesStep(const GlassesSource& source, const GlassesExpor
     const auto solid = SolidBodyOf({body.name, body.shells});
     RETURN_IF_ERROR(solid);
     if (!solid->fused()) {
-      file.notes.push_back(fmt::format("{} is written as {} separate solids: {}", body.name, solid->pieces(),
-                                       solid->note()));
+      file.notes.push_back(
+          fmt::format("{} is written as {} separate solids: {}", body.name, solid->pieces(), solid->note()));
     }
     bodies.push_back(*solid);
   }
@@ -144,12 +145,9 @@ Result<std::optional<LensPair>> LensesOf(const GlassesSource& source, const Glas
   if (!order) return std::optional<LensPair>();
   const auto material = FindLensMaterial(options.lens_material);
   RETURN_IF_ERROR(material);
-  WornPosition position;
-  position.face_form_angle = source.design.design.details.face_form;
-  if (source.worn) position.pantoscopic_tilt = source.worn->worn.tilt;
-  const FrameForLenses frame{{LensOutlineOf(source.frame, Eye::kRight), position},
-                             {LensOutlineOf(source.frame, Eye::kLeft), position},
-                             BoxingOfFrame(source.frame).dbl};
+  const FrameForLenses frame{{LensOutlineOf(source.frame, Eye::kRight), PositionOf(source, Eye::kRight)},
+                             {LensOutlineOf(source.frame, Eye::kLeft), PositionOf(source, Eye::kLeft)},
+                             BoxingOf(source.frame).dbl};
   auto pair = DesignLensPair(*order, *material, frame, {});
   RETURN_IF_ERROR(pair);
   return std::optional<LensPair>(std::move(*pair));
@@ -160,13 +158,12 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
     return Fail("export a lab file", "nobody has confirmed the pupils' positions",
                 "have an optician confirm PDs and heights, then give --confirmed-by NAME");
   }
-  const auto trace =
-      TraceOutlines(LensOutlineOf(source.frame, Eye::kRight), LensOutlineOf(source.frame, Eye::kLeft));
+  const auto trace = TraceOutlines(LensOutlineOf(source.frame, Eye::kRight), LensOutlineOf(source.frame, Eye::kLeft));
   RETURN_IF_ERROR(trace);
   ExportedFile file;
   DcsJob job;
   job.job = options.reference;
-  job.dbl = BoxingOfFrame(source.frame).dbl;
+  job.dbl = BoxingOf(source.frame).dbl;
   job.edge = EdgeOf(source.design.design.details.rim);
   job.confirmed_by = options.confirmed_by;
   job.right = trace->right;

@@ -39,18 +39,19 @@ struct ExportedFile {
 /// STEP of the frame: one product per body (StepText). The same walls count.
 [[nodiscard]] Result<ExportedFile> GlassesStep(const GlassesSource& source, const GlassesExportOptions& options);
 
-/// The trace of both lenses for a lab. Fails without a name in options.confirmed_by: no lab file leaves without one. PDs
-/// and heights are the prescription's; those that it lacks are the worn frame's.
+/// The trace of both lenses for a lab. Fails without a name in options.confirmed_by: no lab file leaves without one.
+/// PDs and heights are the prescription's; those that it lacks are the worn frame's.
 [[nodiscard]] Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExportOptions& options);
 
 /// FRAME.json that builds this frame to the byte.
 [[nodiscard]] ExportedFile GlassesJson(const GlassesSource& source);
 
-/// The prescription with PDs and heights that it lacks from the worn frame, confirmed if options say so; nothing without
-/// a prescription.
+/// The prescription with PDs and heights that it lacks from the worn frame, confirmed if options say so; nothing
+/// without a prescription.
 [[nodiscard]] std::optional<Prescription> CentredPrescription(const GlassesSource& source,
                                                               const GlassesExportOptions& options);
 /// The lenses of that order in this frame; nothing without a prescription. Fails if they cannot be made.
-[[nodiscard]] Result<std::optional<LensPair>> LensesOf(const GlassesSource& source, const GlassesExportOptions& options);
+[[nodiscard]] Result<std::optional<LensPair>> LensesOf(const GlassesSource& source,
+                                                       const GlassesExportOptions& options);
 
 }  // namespace annulus

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "modeling/glasses/boxing.h"
 #include "modeling/glasses/rim.h"
 
 namespace annulus {
@@ -50,16 +51,46 @@ Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path) {
   return GlassesSource{design, worn, *frame};
 }
 
-GlassesBoxing BoxingOfFrame(const Frame& frame) {
-  const LensOutline right = LensOutlineOf(frame, Eye::kRight);
-  double nearest = 1e9;
-  for (const Eigen::Vector2d& p : right.points) nearest = std::min(nearest, InFrame(frame, Eye::kRight, p).x());
-  return {BoxOf(right), BoxOf(LensOutlineOf(frame, Eye::kLeft)), 2.0 * nearest, frame.arm_right.overall_length};
+std::vector<WornGoal> GoalsOf(const GlassesSource& source) {
+  std::vector<WornGoal> goals;
+  if (!source.worn) return goals;
+  const auto fit = nlohmann::json::parse(source.worn->Section("fit"), nullptr, false);
+  if (!fit.is_object() || !fit.contains("goals") || !fit["goals"].is_array()) return goals;
+  for (const auto& entry : fit["goals"]) {
+    if (!entry.is_object()) continue;
+    const auto number = [&entry](const char* key) -> std::optional<double> {
+      const auto found = entry.find(key);
+      if (found == entry.end() || !found->is_number()) return std::nullopt;
+      return found->get<double>();
+    };
+    const auto text = [&entry](const char* key) {
+      const auto found = entry.find(key);
+      return found != entry.end() && found->is_string() ? found->get<std::string>() : std::string();
+    };
+    const auto value = number("value");
+    if (!value) continue;
+    const auto met = entry.find("met");
+    goals.push_back({text("id"), text("term"), text("unit"), *value, number("sigma"), number("low").value_or(*value),
+                     number("high").value_or(*value), met != entry.end() && met->is_boolean() && met->get<bool>()});
+  }
+  return goals;
 }
 
-std::string SizeMark(const GlassesBoxing& boxing) {
-  return fmt::format("{:.0f}□{:.0f}-{:.0f}", boxing.right.a, boxing.dbl, boxing.temple);
+WornPosition PositionOf(const GlassesSource& source, Eye eye) {
+  WornPosition position;
+  position.face_form_angle = source.design.design.details.face_form;
+  if (source.worn) position.pantoscopic_tilt = source.worn->worn.tilt;
+  const std::string side = eye == Eye::kRight ? "_right" : "_left";
+  for (const WornGoal& goal : GoalsOf(source)) {
+    const auto is = [&](const std::string& name) { return goal.id == name || goal.id == name + side; };
+    if (is("vertex_distance")) position.vertex_distance = goal.value;
+    if (is("pantoscopic_tilt")) position.pantoscopic_tilt = RadiansFromDegrees(goal.value);
+    if (is("face_form_angle") || is("face_form")) position.face_form_angle = RadiansFromDegrees(goal.value);
+  }
+  return position;
 }
+
+std::string SizeMark(const Frame& frame) { return SizeText(BoxingOf(frame), frame.arm_right.overall_length); }
 
 std::optional<PupilPlace> PupilOf(const GlassesSource& source, Eye eye) {
   if (!source.worn) return std::nullopt;

@@ -23,17 +23,25 @@ struct GlassesSource {
 /// Reads either; what a file is, its `format` says. Fails on anything else, naming the path.
 [[nodiscard]] Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path);
 
-/// The design of the frame in numbers that are engraved and drawn.
-struct GlassesBoxing {
-  LensBox right;        ///< In the lens' plane, origin at the rim's centre.
-  LensBox left;
-  double dbl = 0.0;     ///< Distance between lenses in the front view, mm.
-  double temple = 0.0;  ///< Overall length of the right temple, mm.
+/// A goal of the fitter as WORN.json keeps it in "fit".
+struct WornGoal {
+  std::string id;    ///< "vertex_distance_right"
+  std::string term;  ///< The field's English term.
+  std::string unit;  ///< "mm", "deg", "%"
+  double value = 0.0;
+  std::optional<double> sigma;  ///< Absent: not known.
+  double low = 0.0;             ///< The usual range.
+  double high = 0.0;
+  bool met = false;
 };
-[[nodiscard]] GlassesBoxing BoxingOfFrame(const Frame& frame);
+/// All of them; empty for a design, and for a worn frame that was not fitted.
+[[nodiscard]] std::vector<WornGoal> GoalsOf(const GlassesSource& source);
 
-/// "52□18-140": A, DBL and temple, whole mm.
-[[nodiscard]] std::string SizeMark(const GlassesBoxing& boxing);
+/// How the lens of an eye sits: from the goals, else the tilt, the face form, and 13 mm.
+[[nodiscard]] WornPosition PositionOf(const GlassesSource& source, Eye eye);
+
+/// "52□18-140".
+[[nodiscard]] std::string SizeMark(const Frame& frame);
 
 /// Where an eye looks through its lens plane when the wearer looks straight ahead, and how the lens sits before it.
 struct PupilPlace {
