@@ -195,6 +195,9 @@ BlankReport BlankOf(const EyeTask& task, const LensDesign& design) {
 void DescribeLens(const EyeTask& task, LensDesign& design) {
   const LensForm& form = design.form;
   design.front_radius = RadiusOf(form.front.curvature_u);
+  if (std::isfinite(design.front_radius)) {
+    design.front_centre = form.front.lens_from_surface.translation() - design.front_radius * Eigen::Vector3d::UnitZ();
+  }
   design.back_radius_steep = RadiusOf(form.back.curvature_u);
   design.back_radius_flat = RadiusOf(form.back.curvature_v);
   design.edge = EdgeOf(form, task.rim.outline, kEdgePoints);
