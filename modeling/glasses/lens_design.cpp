@@ -146,9 +146,10 @@ Status ShapeLens(const EyeTask& task, LensDesign& design) {
   const Result<TracedPower> plain_worn = TraceAsWorn(*plain, pose);
   RETURN_IF_ERROR(plain_worn);
   CompensatedForm made{*plain, prescribed, 0.0};
-  if (task.options.power_order == PowerOrder::kCompensated) {
-    const Result<CompensatedForm> compensated =
-        CompensatedLensForm(spec, {*wanted, prescribed.prism}, pose, task.rim.outline, rule);
+  if (task.options.power_order != PowerOrder::kAsPrescribed) {
+    const bool prism_too = task.options.power_order == PowerOrder::kCompensated;
+    const WornGoal goal{{*wanted, prescribed.prism}, pose, prism_too ? PrismGoal::kAsWorn : PrismGoal::kAsOrdered};
+    const Result<CompensatedForm> compensated = CompensatedLensForm(spec, goal, task.rim.outline, rule);
     RETURN_IF_ERROR(compensated);
     made = *compensated;
   }

@@ -48,8 +48,9 @@ enum class BaseCurveRule {
 };
 /// Which power the lens is made with.
 enum class PowerOrder {
-  kAsPrescribed,  ///< The prescription itself.
-  kCompensated,   ///< What as worn gives the prescription (tilt, vertex distance, thickness).
+  kAsPrescribed,      ///< The prescription itself.
+  kCompensated,       ///< What as worn gives the prescription, prism included (tilt, vertex distance, thickness).
+  kCompensatedPower,  ///< The same for the power only; the prism is made as prescribed.
 };
 
 /// What the user may choose.

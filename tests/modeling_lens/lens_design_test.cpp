@@ -174,6 +174,22 @@ TEST(LensDesign, FifteenDegreesOnMinusFourLeaveTheToleranceUnlessCompensated) {
   EXPECT_NEAR(made.right.power.to_surface.power.sphere, -3.656, 0.02);
 }
 
+TEST(LensDesign, ThePrismOfTheTiltIsTakenOutOnlyIfAsked) {
+  LensOptions options;
+  const LensPair both = MustDesign(Order(4.0, 4.0), UsualFrame(), options);
+  EXPECT_NEAR(both.right.power.as_worn.prism.norm(), 0.0, 1e-5);
+  options.power_order = PowerOrder::kCompensatedPower;
+  const LensPair power = MustDesign(Order(4.0, 4.0), UsualFrame(), options);
+  EXPECT_EQ(power.right.power.to_surface.prism, Eigen::Vector2d::Zero());
+  EXPECT_LE(power.right.power.as_worn_error, 1e-5);
+  // A thick front of 10 D tilted by θ makes about F1·t/n·θ; base down, because the line of sight crosses it above the
+  // optical centre.
+  EXPECT_LT(power.right.power.as_worn.prism.y(), 0.0);
+  const double thickness = power.right.form.centre_thickness / 1000.0;
+  const double expected = 100.0 * 10.0 * thickness / 1.6 * std::sin(power.right.power.tilt.angle);
+  EXPECT_NEAR(power.right.power.as_worn_prism_error, expected, 0.1 * expected);
+}
+
 TEST(LensDesign, TheWornVertexDistanceIsCompensatedFor) {
   FrameForLenses frame = FlatFrame();
   frame.right.position.vertex_distance = 16.0;
