@@ -44,7 +44,7 @@ std::vector<RankCandidate> CandidatesOf(const FrameLibrary& library) {
   std::vector<RankCandidate> candidates;
   for (const LibraryStyle& style : library.styles) {
     if (style.sizes.empty()) candidates.push_back({style.name, "", "", style.design, std::nullopt});
-    for (const FrameSize& size : style.sizes) {
+    for (const SoldSize& size : style.sizes) {
       const auto composed = ComposeDesign(library, {style.name, size.name, {}});
       if (!composed) continue;
       FrameBoxing boxing;
