@@ -8,6 +8,7 @@
 
 #include "base/frames.h"
 #include "modeling/landmarks/ear_outline.h"
+#include "modeling/landmarks/head_without_ears.h"
 #include "modeling/landmarks/weighted_mean.h"
 
 namespace annulus {
@@ -203,6 +204,10 @@ Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& g
   face.eye_left = FindEye(head, grid, found, BodySide::kLeft);
   found.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
   found.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  const HeadWithoutEars beneath(head, found.ear_right, found.ear_left);
+  for (std::optional<EarOutline>* ear : {&found.ear_right, &found.ear_left}) {
+    if (*ear) *ear = WithTopOnTheHead(**ear, beneath);
+  }
   face.ear_right = EarPoint(head, found.ear_right, sellion, BodySide::kRight);
   face.ear_left = EarPoint(head, found.ear_left, sellion, BodySide::kLeft);
   face.forehead = FindForehead(head, sellion);
