@@ -157,15 +157,6 @@ FacePoint EarPoint(const SplineSurface& head, const std::optional<EarOutline>& e
   return {PointFromCylindrical(ear->top_theta, ear->top_radius, ear->top_z), LandmarkSource::kDetected};
 }
 
-/// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
-FacePoint FindForehead(const SplineSurface& head, const Vector3d& sellion) {
-  constexpr double kAboveSellion = 30.0;
-  constexpr double kSlightlyBefore = 2.0;
-  const double z = std::min(sellion.z() + kAboveSellion, head.z_max());
-  const Vector3d on_skin = head.Point(std::atan2(sellion.y(), sellion.x()), z);
-  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected};
-}
-
 }  // namespace
 
 const std::vector<NamedFacePoint>& FacePointNames() {
@@ -174,6 +165,15 @@ const std::vector<NamedFacePoint>& FacePointNames() {
       {"ear_left", &FacePoints::ear_left},   {"forehead", &FacePoints::forehead}, {"sellion", &FacePoints::sellion},
       {"pronasale", &FacePoints::pronasale}};
   return names;
+}
+
+FacePoint ForeheadAbove(const SplineSurface& head, const FacePoint& sellion) {
+  constexpr double kAboveSellion = 30.0;
+  constexpr double kSlightlyBefore = 2.0;
+  const Vector3d& root = sellion.position;
+  const double z = std::min(root.z() + kAboveSellion, head.z_max());
+  const Vector3d on_skin = head.Point(std::atan2(root.y(), root.x()), z);
+  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected, sellion.covariance};
 }
 
 Result<FacePoints> FindFacePoints(const SplineSurface& head) {
@@ -210,7 +210,7 @@ Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& g
   }
   face.ear_right = EarPoint(head, found.ear_right, sellion, BodySide::kRight);
   face.ear_left = EarPoint(head, found.ear_left, sellion, BodySide::kLeft);
-  face.forehead = FindForehead(head, sellion);
+  face.forehead = ForeheadAbove(head, face.sellion);
   return found;
 }
 
