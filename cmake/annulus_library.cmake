@@ -14,6 +14,19 @@ function(annulus_library folder)
   target_include_directories(${folder} PUBLIC ${CMAKE_SOURCE_DIR})
 endfunction()
 
+# annulus_embed_text(<folder> <file> HEADER … FUNCTION …): the bytes of a file, in the folder's library, returned by a
+# function that the header declares.
+function(annulus_embed_text folder file)
+  cmake_parse_arguments(ARG "" "HEADER;FUNCTION" "" ${ARGN})
+  set(input ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${file}.cpp)
+  set(script ${CMAKE_SOURCE_DIR}/cmake/embed_text.cmake)
+  add_custom_command(OUTPUT ${output} DEPENDS ${input} ${script} VERBATIM
+    COMMAND ${CMAKE_COMMAND} -D INPUT=${input} -D OUTPUT=${output} -D HEADER=${ARG_HEADER} -D FUNCTION=${ARG_FUNCTION}
+            -P ${script})
+  target_sources(${folder} PRIVATE ${output})
+endfunction()
+
 # annulus_test(<folder> SOURCES … LIBS …): the one unit-test program of a folder, one CTest per program.
 function(annulus_test folder)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})

@@ -15,6 +15,15 @@ foreach(part core imgproc imgcodecs)
   set_target_properties(opencv_${part} PROPERTIES IMPORTED_LOCATION ${OPENCV_${part}}
                         INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE_DIR})
 endforeach()
+# Open CASCADE's CMake package wants its viewer too; its parts are found by file.
+find_path(OCCT_INCLUDE_DIR Standard_Version.hxx PATH_SUFFIXES opencascade REQUIRED)
+add_library(occt INTERFACE)
+target_include_directories(occt SYSTEM INTERFACE ${OCCT_INCLUDE_DIR})
+foreach(part TKSTEP TKSTEPAttr TKSTEPBase TKXSBase TKMesh TKBO TKShHealing TKTopAlgo TKGeomAlgo TKBRep TKGeomBase TKG3d
+             TKG2d TKMath TKernel)
+  find_library(OCCT_${part} ${part} REQUIRED)
+  target_link_libraries(occt INTERFACE ${OCCT_${part}})
+endforeach()
 find_package(ZLIB REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)

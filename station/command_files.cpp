@@ -14,6 +14,8 @@
 #include "base/sha256.h"
 #include "fitting/paper_model.h"
 #include "modeling/exchange/model_json.h"
+#include "modeling/glasses/frame_fields.h"
+#include "modeling/glasses/frame_json.h"
 #include "station/commands.h"
 #include "station/files.h"
 #include "station/key_file.h"
@@ -172,6 +174,20 @@ Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
           {"quality", Json::parse(JsonFromQuality(quality))}};
 }
 
+/// The paper's parameters and what was chosen beyond them, in the fields' units.
+Json InspectFrame(const FrameDesign& design) {
+  Json json{{"kind", "frame"}};
+  if (!design.style.empty()) json["style"] = design.style;
+  for (const FrameField& field : FrameFields()) {
+    if (field.unit == FieldUnit::kWord) {
+      json[std::string(field.key)] = FormWord(field, design);
+    } else if (const auto number = ShownNumber(field, design)) {
+      json[std::string(field.key)] = *number;
+    }
+  }
+  return json;
+}
+
 Json InspectModel(const SurfaceModel& model) {
   Json surfaces = Json::array();
   for (const SurfaceSegment& segment : model.segments) {
@@ -261,12 +277,9 @@ Result<Inspection> InspectFile(const std::string& path, const KeySource* keys, C
   // Our JSON files say what they are near the beginning.
   const std::string_view head = text.substr(0, 400);
   if (head.find("\"annulus-frame\"") != std::string_view::npos) {
-    const auto frame = FrameParametersFromJson(text, path);
+    const auto frame = FrameFromJson(text, path);
     if (!frame) return Fail(frame);
-    Json json{{"kind", "frame"}};
-    for (const FrameParameterField& field : FrameParameterFields())
-      json[std::string(field.key)] = (*frame).*(field.member);
-    return Inspection{json, {}};
+    return Inspection{InspectFrame(frame->design), {}};
   }
   if (head.find("\"annulus-worn\"") != std::string_view::npos) {
     const auto worn = WornFrameFromJson(text, path);

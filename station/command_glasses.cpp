@@ -1,12 +1,13 @@
 // glasses: design a frame, put it on a head, hand it over.
 
+#include "station/command_glasses.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "station/commands.h"
 #include "station/files.h"
 #include "station/worn_glasses.h"
 
@@ -14,24 +15,6 @@ namespace annulus {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-struct DesignOptions {
-  std::string style = "boston";
-  std::vector<std::pair<std::string, std::string>> parameters;  ///< Option and text, one per field of the frame.
-  std::string out;
-};
-
-Status RunDesign(const DesignOptions& options, CommandIo& io) {
-  auto parameters = FindFrameStyle(options.style);
-  if (!parameters) return Fail(parameters);
-  for (const auto& [option, text] : options.parameters) {
-    if (text.empty()) continue;
-    parameters = WithParameter(*parameters, option, text);
-    if (!parameters) return Fail(parameters);
-  }
-  RETURN_IF_ERROR(Validate(*parameters));
-  return io.WriteText(options.out, FrameParametersToJson(*parameters, options.style));
-}
 
 struct FitGlassesOptions {
   std::string model;
@@ -87,7 +70,7 @@ Status RunFitGlasses(const FitGlassesOptions& options, CommandIo& io) {
   if (!model) return Fail(model);
   const auto frame = ReadFrameFile(io.storage(), options.frame);
   if (!frame) return Fail(frame);
-  const auto worn = FitFrame(model->main().surface, *frame);
+  const auto worn = FitFrame(model->main().surface, frame->design);
   if (!worn) {
     Error error = worn.error();
     error.attempted = "fit " + options.frame + " on " + options.model + ": " + error.attempted;
@@ -95,44 +78,6 @@ Status RunFitGlasses(const FitGlassesOptions& options, CommandIo& io) {
   }
   RETURN_IF_ERROR(io.WriteText(options.out, WornFrameToJson(*worn)));
   return options.json.empty() ? io.Print(WornText(*worn)) : io.WriteJson(options.json, WornReport(*worn));
-}
-
-struct ExportGlassesOptions {
-  std::string worn;
-  std::string out;
-};
-
-Status RunExportGlasses(const ExportGlassesOptions& options, CommandIo& io) {
-  for (const char* later : {".step", ".dcs", ".json", ".pdf"}) {
-    if (options.out.ends_with(later)) return NotYet(io, "export glasses to " + options.out);
-  }
-  if (!options.out.ends_with(".stl")) {
-    return Fail("export glasses to " + options.out, "the format is not known from this name",
-                "give a name that ends in .stl");
-  }
-  const auto worn = ReadWornFile(io.storage(), options.worn);
-  if (!worn) return Fail(worn);
-  const auto stl = FrameStl(*worn);
-  if (!stl) return Fail(stl);
-  return io.WriteText(options.out, *stl);
-}
-
-void AddDesign(CLI::App& parent, CommandWork& chosen) {
-  auto options = std::make_shared<DesignOptions>();
-  CLI::App* command = parent.add_subcommand("design", "a frame from a style and its parameters");
-  std::string styles;
-  for (const FrameStyle& style : FrameStyles()) styles += (styles.empty() ? "" : ", ") + std::string(style.name);
-  command->add_option("--style", options->style, "starting point: " + styles)->type_name("S")->capture_default_str();
-  // Reserved first: the command line keeps references into it.
-  options->parameters.reserve(FrameParameterFields().size());
-  for (const FrameParameterField& field : FrameParameterFields()) {
-    auto& parameter = options->parameters.emplace_back(std::string(field.option), std::string());
-    command->add_option("--" + parameter.first, parameter.second, std::string(field.description))
-        ->type_name("MM|PERCENT|WORD");
-  }
-  command->add_option("--out", options->out, "frame to write")->required()->type_name("FRAME.json");
-  command->footer("Example: annulus glasses design --style round --height 42 --out frame.json");
-  command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunDesign(*options, io); }; });
 }
 
 void AddFitGlasses(CLI::App& parent, CommandWork& chosen) {
@@ -147,25 +92,15 @@ void AddFitGlasses(CLI::App& parent, CommandWork& chosen) {
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFitGlasses(*options, io); }; });
 }
 
-void AddExportGlasses(CLI::App& parent, CommandWork& chosen) {
-  auto options = std::make_shared<ExportGlassesOptions>();
-  CLI::App* command = parent.add_subcommand("export", "the frame for making it; without the lenses");
-  command->add_option("worn", options->worn, "worn frame")->required();
-  command->add_option("--out", options->out, "file to write: F.stl")->required()->type_name("F");
-  command->footer("Example: annulus glasses export worn.json --out frame.stl");
-  command->callback(
-      [&chosen, options] { chosen = [options](CommandIo& io) { return RunExportGlasses(*options, io); }; });
-}
-
 }  // namespace
 
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen) {
   CLI::App* command = app.add_subcommand("glasses", "design a frame, put it on a head, export it");
   command->require_subcommand(1);
   command->footer("Example: annulus glasses design --style boston --out frame.json");
-  AddDesign(*command, chosen);
+  AddGlassesDesign(*command, chosen);
   AddFitGlasses(*command, chosen);
-  AddExportGlasses(*command, chosen);
+  AddGlassesExport(*command, chosen);
   AddLaterCommand(*command, "rank", "which styles suit a face", chosen);
 }
 

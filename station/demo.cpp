@@ -8,6 +8,7 @@
 
 #include "acquisition/recording.h"
 #include "modeling/exchange/model_json.h"
+#include "modeling/glasses/frame_json.h"
 #include "modeling/landmarks/landmarks.h"
 #include "modeling/measure/section.h"
 #include "render/plot.h"
@@ -184,12 +185,14 @@ Status SubjectRun::Measure() {
 Status SubjectRun::PutGlassesOn() {
   const auto parameters = FindFrameStyle(kStyle);
   if (!parameters) return Fail(parameters);
-  const auto worn = FitFrame(fit_.fit.model.main().surface, *parameters);
+  FrameDesign design = *parameters;
+  design.style = kStyle;
+  const auto worn = FitFrame(fit_.fit.model.main().surface, design);
   if (!worn) return Fail(worn);
   result_.glasses = DemoGlasses{kStyle, *worn};
   const auto stl = FrameStl(*worn);
   if (!stl) return Fail(stl);
-  RETURN_IF_ERROR(Write("frame.json", FrameParametersToJson(*parameters, kStyle), "the frame's design"));
+  RETURN_IF_ERROR(Write("frame.json", FrameToJson({design, {}, {}}), "the frame's design"));
   RETURN_IF_ERROR(Write("worn.json", WornFrameToJson(*worn), "the frame made to this head's measure"));
   return Write("frame.stl", *stl, "the frame as a closed solid, for making it");
 }

@@ -15,10 +15,16 @@ Status WriteModelFile(Storage& storage, const std::string& path, const SurfaceMo
   return WriteFileAtomically(storage, path, ModelToJson(model));
 }
 
-Result<FrameParameters> ReadFrameFile(Storage& storage, const std::string& path) {
+Result<FrameFile> ReadFrameFile(Storage& storage, const std::string& path) {
   const auto text = ReadTextFile(storage, path);
   if (!text) return Fail(text);
-  return FrameParametersFromJson(*text, path);
+  return FrameFromJson(*text, path);
+}
+
+Result<FrameLibrary> ReadFrameLibraryFile(Storage& storage, const std::string& path) {
+  const auto text = ReadTextFile(storage, path);
+  if (!text) return Fail(text);
+  return FrameLibraryFromJson(*text, path);
 }
 
 Result<WornFrame> ReadWornFile(Storage& storage, const std::string& path) {

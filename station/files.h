@@ -7,7 +7,8 @@
 #include "base/result.h"
 #include "base/storage.h"
 #include "fitting/surface_model.h"
-#include "modeling/glasses/frame_parameters.h"
+#include "modeling/glasses/frame_json.h"
+#include "modeling/glasses/frame_library.h"
 #include "modeling/glasses/placement.h"
 #include "render/image.h"
 
@@ -16,7 +17,8 @@ namespace annulus {
 /// Reading and writing our files by path, for the commands. Errors name the path.
 Result<SurfaceModel> ReadModelFile(Storage& storage, const std::string& path);
 Status WriteModelFile(Storage& storage, const std::string& path, const SurfaceModel& model);
-Result<FrameParameters> ReadFrameFile(Storage& storage, const std::string& path);
+Result<FrameFile> ReadFrameFile(Storage& storage, const std::string& path);
+Result<FrameLibrary> ReadFrameLibraryFile(Storage& storage, const std::string& path);
 Result<WornFrame> ReadWornFile(Storage& storage, const std::string& path);
 Status WritePngFile(Storage& storage, const std::string& path, const RgbImage& image);
 

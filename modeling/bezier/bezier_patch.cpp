@@ -34,21 +34,6 @@ constexpr double kParallel = 1e-9;
 
 bool IsNormal(const Eigen::Vector3d& cross, double scale) { return cross.norm() > kParallel * scale && scale > 0.0; }
 
-/// De Casteljau on four points: control points of [0, t] and of [t, 1].
-std::pair<std::array<Eigen::Vector3d, 4>, std::array<Eigen::Vector3d, 4>> SplitCurve(
-    const std::array<Eigen::Vector3d, 4>& p, double t) {
-  const auto mix = [t](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
-    return (1.0 - t) * a + t * b;
-  };
-  const Eigen::Vector3d p01 = mix(p[0], p[1]);
-  const Eigen::Vector3d p12 = mix(p[1], p[2]);
-  const Eigen::Vector3d p23 = mix(p[2], p[3]);
-  const Eigen::Vector3d p012 = mix(p01, p12);
-  const Eigen::Vector3d p123 = mix(p12, p23);
-  const Eigen::Vector3d on_curve = mix(p012, p123);
-  return {{p[0], p01, p012, on_curve}, {on_curve, p123, p23, p[3]}};
-}
-
 BezierPatch::ControlNet Transposed(const BezierPatch::ControlNet& net) {
   BezierPatch::ControlNet transposed;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -64,9 +49,77 @@ std::array<double, 4> CubicBernstein(double t) {
   return {s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t};
 }
 
-Eigen::Vector3d CubicBezierPoint(const std::array<Eigen::Vector3d, 4>& control, double t) {
+Eigen::Vector3d CubicBezierPoint(const BezierCurve& control, double t) {
   const Weights weight = CubicBernstein(t);
   return weight[0] * control[0] + weight[1] * control[1] + weight[2] * control[2] + weight[3] * control[3];
+}
+
+Eigen::Vector3d CubicBezierDerivative(const BezierCurve& control, double t) {
+  const Weights weight = BernsteinFirst(t);
+  return weight[0] * control[0] + weight[1] * control[1] + weight[2] * control[2] + weight[3] * control[3];
+}
+
+double CubicBezierLength(const BezierCurve& control) {
+  constexpr int kPieces = 8;
+  constexpr std::array<double, 3> kNodes{0.1127016653792583, 0.5, 0.8872983346207417};
+  constexpr std::array<double, 3> kWeights{5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  double length = 0.0;
+  for (int piece = 0; piece < kPieces; ++piece) {
+    for (std::size_t k = 0; k < kNodes.size(); ++k) {
+      length += kWeights[k] / kPieces * CubicBezierDerivative(control, (piece + kNodes[k]) / kPieces).norm();
+    }
+  }
+  return length;
+}
+
+BezierCurve Backwards(const BezierCurve& curve) { return {curve[3], curve[2], curve[1], curve[0]}; }
+
+BezierCurve StraightCurve(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return {from, (2.0 * from + to) / 3.0, (from + 2.0 * to) / 3.0, to};
+}
+
+std::pair<BezierCurve, BezierCurve> Split(const BezierCurve& p, double at) {
+  const auto mix = [at](const Eigen::Vector3d& a, const Eigen::Vector3d& b) -> Eigen::Vector3d {
+    return (1.0 - at) * a + at * b;
+  };
+  const Eigen::Vector3d p01 = mix(p[0], p[1]);
+  const Eigen::Vector3d p12 = mix(p[1], p[2]);
+  const Eigen::Vector3d p23 = mix(p[2], p[3]);
+  const Eigen::Vector3d p012 = mix(p01, p12);
+  const Eigen::Vector3d p123 = mix(p12, p23);
+  const Eigen::Vector3d on_curve = mix(p012, p123);
+  return {{p[0], p01, p012, on_curve}, {on_curve, p123, p23, p[3]}};
+}
+
+BezierPatch RuledPatch(const BezierCurve& first, const BezierCurve& last) {
+  BezierPatch::ControlNet net;
+  for (std::size_t i = 1; i < 3; ++i) {
+    const double share = static_cast<double>(i) / 3.0;
+    for (std::size_t j = 0; j < 4; ++j) net[i][j] = (1.0 - share) * first[j] + share * last[j];
+  }
+  net[0] = first;
+  net[3] = last;
+  return BezierPatch(net);
+}
+
+BezierPatch CoonsPatch(const PatchEdges& edges) {
+  BezierPatch::ControlNet net;
+  net[0] = edges.first_u;
+  net[3] = edges.last_u;
+  for (std::size_t i = 1; i < 3; ++i) {
+    const double u = static_cast<double>(i) / 3.0;
+    net[i][0] = edges.first_v[i];
+    net[i][3] = edges.last_v[i];
+    for (std::size_t j = 1; j < 3; ++j) {
+      const double v = static_cast<double>(j) / 3.0;
+      const Eigen::Vector3d along_u = (1.0 - v) * edges.first_v[i] + v * edges.last_v[i];
+      const Eigen::Vector3d along_v = (1.0 - u) * edges.first_u[j] + u * edges.last_u[j];
+      const Eigen::Vector3d corners = (1.0 - u) * ((1.0 - v) * edges.first_u[0] + v * edges.first_u[3]) +
+                                      u * ((1.0 - v) * edges.last_u[0] + v * edges.last_u[3]);
+      net[i][j] = along_u + along_v - corners;
+    }
+  }
+  return BezierPatch(net);
 }
 
 Eigen::Vector3d BezierPatch::Point(double u, double v) const {
@@ -127,21 +180,50 @@ std::pair<BezierPatch, BezierPatch> BezierPatch::Split(PatchDirection direction,
   const ControlNet net = direction == PatchDirection::kV ? control_net_ : Transposed(control_net_);
   ControlNet low;
   ControlNet high;
-  for (std::size_t i = 0; i < 4; ++i) std::tie(low[i], high[i]) = SplitCurve(net[i], at);
+  for (std::size_t i = 0; i < 4; ++i) std::tie(low[i], high[i]) = annulus::Split(net[i], at);
   if (direction == PatchDirection::kV) return {BezierPatch(low), BezierPatch(high)};
   return {BezierPatch(Transposed(low)), BezierPatch(Transposed(high))};
 }
 
+BezierCurve CurveAtU(const BezierPatch& patch, double u) {
+  const Weights weight = CubicBernstein(u);
+  const BezierPatch::ControlNet& q = patch.control_net();
+  BezierCurve curve;
+  for (std::size_t j = 0; j < 4; ++j) {
+    curve[j] = weight[0] * q[0][j] + weight[1] * q[1][j] + weight[2] * q[2][j] + weight[3] * q[3][j];
+  }
+  return curve;
+}
+
+BezierCurve CurveChangeAtU(const BezierPatch& patch, double u) {
+  const Weights weight = BernsteinFirst(u);
+  const BezierPatch::ControlNet& q = patch.control_net();
+  BezierCurve curve;
+  for (std::size_t j = 0; j < 4; ++j) {
+    curve[j] = weight[0] * q[0][j] + weight[1] * q[1][j] + weight[2] * q[2][j] + weight[3] * q[3][j];
+  }
+  return curve;
+}
+
 BezierPatch BezierPatch::Flipped() const { return BezierPatch(Transposed(control_net_)); }
+
+BezierPatch BezierPatch::MirroredX() const {
+  ControlNet net = Transposed(control_net_);
+  for (auto& row : net) {
+    for (Eigen::Vector3d& point : row) point.x() = -point.x();
+  }
+  return BezierPatch(net);
+}
 
 TriangleMesh Tessellate(const BezierPatch& patch, std::size_t count_u, std::size_t count_v) {
   ENSURE(count_u >= 1 && count_v >= 1, "a patch has at least one cell");
   TriangleMesh mesh;
   mesh.vertices.reserve((count_u + 1) * (count_v + 1));
   for (std::size_t i = 0; i <= count_u; ++i) {
+    // The curve along v at this u: a quarter of the sums of Point.
+    const BezierCurve along_v = CurveAtU(patch, static_cast<double>(i) / static_cast<double>(count_u));
     for (std::size_t j = 0; j <= count_v; ++j) {
-      mesh.vertices.push_back(patch.Point(static_cast<double>(i) / static_cast<double>(count_u),
-                                          static_cast<double>(j) / static_cast<double>(count_v)));
+      mesh.vertices.push_back(CubicBezierPoint(along_v, static_cast<double>(j) / static_cast<double>(count_v)));
     }
   }
   mesh.faces.reserve(2 * count_u * count_v);

@@ -95,13 +95,14 @@ void AppendPatch(const ShellPatch& piece, const ShellTessellation& t, Welder& we
   for (const auto& face : sheet.faces) AppendTriangle(index[face[0]], index[face[1]], index[face[2]], mesh);
 }
 
-/// Gauss–Legendre nodes and weights on [0, 1] for polynomials up to degree 9; S·(S_u × S_v) has degree 8 in u and in v.
-constexpr std::array<double, 5> kNodes{0.046910077030668004, 0.23076534494715845, 0.5, 0.76923465505284155,
-                                       0.953089922969332};
-constexpr std::array<double, 5> kWeights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
-                                         0.23931433524968324, 0.11846344252809454};
+/// Gauss–Legendre nodes and weights on [0, 1] for polynomials up to degree 11: S·(S_u × S_v) has degree 8 in u and in
+/// v, the first moments' integrand 11.
+constexpr std::array<double, 6> kNodes{0.033765242898423975, 0.1693953067668677, 0.3806904069584015,
+                                       0.6193095930415985,   0.8306046932331324, 0.966234757101576};
+constexpr std::array<double, 6> kWeights{0.08566224618958525, 0.1803807865240693, 0.23395696728634563,
+                                         0.23395696728634563, 0.1803807865240693, 0.08566224618958525};
 
-using Edge = std::array<Vector3d, 4>;
+using Edge = BezierCurve;
 
 std::array<Edge, 4> EdgesOf(const BezierPatch& patch) {
   const auto& q = patch.control_net();
@@ -121,21 +122,7 @@ double Gap(const Edge& a, const Edge& b) {
   return gap;
 }
 
-/// The ruled patch over the end of a tube: from the end curve of A (v = 0 … 1) to that of B, backwards.
-BezierPatch Cap(const Edge& a, const Edge& b_backwards) {
-  BezierPatch::ControlNet net;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const double share = static_cast<double>(i) / 3.0;
-    for (std::size_t j = 0; j < 4; ++j) net[i][j] = (1.0 - share) * a[j] + share * b_backwards[j];
-  }
-  // The ends are exact.
-  net[0] = a;
-  net[3] = b_backwards;
-  return BezierPatch(net);
-}
-
 Edge Row(const BezierPatch& patch, std::size_t i) { return patch.control_net()[i]; }
-Edge Backwards(const Edge& edge) { return {edge[3], edge[2], edge[1], edge[0]}; }
 
 }  // namespace
 
@@ -147,19 +134,52 @@ TriangleMesh Tessellate(const PatchShell& shell, const ShellTessellation& tessel
   return mesh;
 }
 
-double Volume(const PatchShell& shell) {
-  double sum = 0.0;
+double Volume(const PatchShell& shell) { return MomentsOf(shell).volume; }
+
+ShellMoments MomentsOf(const PatchShell& shell) {
+  ShellMoments moments;
   for (const ShellPatch& piece : shell.patches) {
     for (std::size_t i = 0; i < kNodes.size(); ++i) {
+      const BezierCurve along_v = CurveAtU(piece.patch, kNodes[i]);
+      const BezierCurve change = CurveChangeAtU(piece.patch, kNodes[i]);
       for (std::size_t j = 0; j < kNodes.size(); ++j) {
-        const double u = kNodes[i];
         const double v = kNodes[j];
-        const Vector3d normal = piece.patch.DerivativeU(u, v).cross(piece.patch.DerivativeV(u, v));
-        sum += kWeights[i] * kWeights[j] * piece.patch.Point(u, v).dot(normal);
+        const Vector3d p = CubicBezierPoint(along_v, v);
+        const Vector3d weighted =
+            kWeights[i] * kWeights[j] * CubicBezierPoint(change, v).cross(CubicBezierDerivative(along_v, v));
+        moments.volume += p.dot(weighted) / 3.0;
+        // ∭ x dV = ½∬ x² n_x dA, and so for y and z.
+        moments.first += 0.5 * p.cwiseProduct(p).cwiseProduct(weighted);
       }
     }
   }
-  return sum / 3.0;
+  return moments;
+}
+
+PatchShell MirroredX(const PatchShell& shell, std::string name) {
+  PatchShell mirrored{std::move(name), {}};
+  for (const ShellPatch& piece : shell.patches) {
+    mirrored.patches.push_back({piece.patch.MirroredX(), piece.v, piece.u});
+  }
+  return mirrored;
+}
+
+PatchShell Moved(const PatchShell& shell, const Eigen::Isometry3d& to_from) {
+  PatchShell moved{shell.name, {}};
+  for (const ShellPatch& piece : shell.patches) {
+    BezierPatch::ControlNet net = piece.patch.control_net();
+    for (auto& row : net) {
+      for (Vector3d& point : row) point = to_from * point;
+    }
+    moved.patches.push_back({BezierPatch(net), piece.u, piece.v});
+  }
+  return moved;
+}
+
+PatchShell TurnedOutward(PatchShell shell) {
+  if (Volume(shell) >= 0.0) return shell;
+  for (ShellPatch& piece : shell.patches) piece = {piece.patch.Flipped(), piece.v, piece.u};
+  return shell;
 }
 
 ShellJoins MeasureJoins(const PatchShell& shell) {
@@ -198,12 +218,17 @@ PatchShell ShellOfTubes(std::string name, const std::vector<BezierTube>& chain, 
     shell.patches.push_back({tube.b(), PatchDetail::kAlong, PatchDetail::kAround});
   }
   if (ends == TubeEnds::kLoop) return shell;
-  const BezierTube& first = chain.front();
-  const BezierTube& last = chain.back();
-  shell.patches.push_back(
-      {Cap(Row(last.a(), 3), Backwards(Row(last.b(), 3))), PatchDetail::kStraight, PatchDetail::kAround});
-  shell.patches.push_back(
-      {Cap(Row(first.a(), 0), Backwards(Row(first.b(), 0))).Flipped(), PatchDetail::kAround, PatchDetail::kStraight});
+  const Edge last_a = Row(chain.back().a(), 3);
+  const Edge last_b = Row(chain.back().b(), 3);
+  if (!IsPole(last_a)) {
+    shell.patches.push_back({RuledPatch(last_a, Backwards(last_b)), PatchDetail::kStraight, PatchDetail::kAround});
+  }
+  const Edge first_a = Row(chain.front().a(), 0);
+  const Edge first_b = Row(chain.front().b(), 0);
+  if (!IsPole(first_a)) {
+    shell.patches.push_back(
+        {RuledPatch(first_a, Backwards(first_b)).Flipped(), PatchDetail::kAround, PatchDetail::kStraight});
+  }
   return shell;
 }
 

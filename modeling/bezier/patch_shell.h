@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -43,6 +44,20 @@ struct ShellTessellation {
 /// The volume enclosed, mm³: (1/3)∬ S·(S_u × S_v) du dv summed, exact for polynomial patches up to rounding.
 [[nodiscard]] double Volume(const PatchShell& shell);
 
+/// Volume and first moments ∭ x dV, mm³ and mm⁴; exact for polynomial patches up to rounding.
+struct ShellMoments {
+  double volume = 0.0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+};
+[[nodiscard]] ShellMoments MomentsOf(const PatchShell& shell);
+
+/// The shell mirrored at the plane x = 0 under another name; normals stay outward.
+[[nodiscard]] PatchShell MirroredX(const PatchShell& shell, std::string name);
+/// The shell moved.
+[[nodiscard]] PatchShell Moved(const PatchShell& shell, const Eigen::Isometry3d& to_from);
+/// The shell with every patch flipped if its volume is negative: for shells built without regard to the side.
+[[nodiscard]] PatchShell TurnedOutward(PatchShell shell);
+
 /// How well the patches of a shell fit together.
 struct ShellJoins {
   std::size_t open_edges = 0;  ///< Edges without a partner within 1e-6 mm; 0 for a closed shell.
@@ -51,7 +66,7 @@ struct ShellJoins {
 [[nodiscard]] ShellJoins MeasureJoins(const PatchShell& shell);
 
 /// The shell of tubes that follow each other: patches A and B of each; kCapped: each end is closed by one ruled patch
-/// between the end curves of A and B.
+/// between the end curves of A and B, unless it is a pole (a section without size).
 [[nodiscard]] PatchShell ShellOfTubes(std::string name, const std::vector<BezierTube>& chain, TubeEnds ends);
 
 }  // namespace annulus

@@ -54,13 +54,19 @@ struct FrameDetails {
 
   double groove_depth = 0.0;  ///< Of the V groove in the rim's inner side, 0: no groove. 0.5 … 1.2 is usual.
   double groove_width = 0.0;  ///< Opening of the groove at the rim's inner surface. 1 … 2 is usual.
-  double frame_curve = 0.0;   ///< Dioptres at n = 1.53: the rim follows a sphere of radius 530/curve; 0: flat.
-  double face_form = 0.0;     ///< Angle between a rim's plane and the front's, nasal side forward; 0 … 25°.
-  double end_piece = 0.0;     ///< Length from the rim to the hinge; needs a hinge. 3 … 10 is usual.
-  double tip_length = 40.0;   ///< Of a kSkull or kStraight temple behind the ear point. 30 … 50.
-  double tip_drop = 0.0;      ///< Angle by which the tip bends down; 0: 45° (kSkull), 5° (kStraight).
-  double pad_length = 13.0;   ///< Of a nose pad, 8 … 18.
-  double pad_width = 7.0;     ///< Of a nose pad, 4 … 10.
+  std::optional<double> bridge_forward;  ///< How far a bowed bridge's middle stands before its ends; absent: 2.5 for a
+                                         ///< saddle, 1 for a keyhole; a straight bridge has none. -3 … 12.
+  std::optional<double> bridge_rise;     ///< How far its middle is over its ends; absent: 1.5 for a saddle, 3 for a
+                                         ///< keyhole; a straight bridge has none. -3 … 12.
+  double lens_edge = 2.2;  ///< Edge thickness of the lens that a rimless mount's screw goes through. 1 … 12.
+
+  double frame_curve = 0.0;  ///< Dioptres at n = 1.53: the rim follows a sphere of radius 530/curve; 0: flat.
+  double face_form = 0.0;    ///< Angle between a rim's plane and the front's, nasal side forward; 0 … 25°.
+  double end_piece = 0.0;    ///< Length from the rim to the hinge; needs a hinge. 3 … 10 is usual.
+  double tip_length = 40.0;  ///< Of a kSkull or kStraight temple behind the ear point. 30 … 50.
+  double tip_drop = 0.0;     ///< Angle by which the tip bends down; 0: 45° (kSkull), 5° (kStraight).
+  double pad_length = 13.0;  ///< Of a nose pad, 8 … 18.
+  double pad_width = 7.0;    ///< Of a nose pad, 4 … 10.
 
   [[nodiscard]] bool operator==(const FrameDetails&) const = default;
 };

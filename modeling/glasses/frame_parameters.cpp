@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
-#include <optional>
-#include <string>
 
 #include "base/ensure.h"
 
@@ -109,32 +106,6 @@ Status CheckBridge(const FrameParameters& p) {
   return CheckRange("bridge-height", p.bridge_height, {low, high}, "beside the rim's sides");
 }
 
-std::optional<Roundness> FindWord(std::string_view text) {
-  std::string spaced(text);
-  std::replace(spaced.begin(), spaced.end(), '-', ' ');
-  for (const Roundness word : {Roundness::kQuiteSquare, Roundness::kSlightlySquare, Roundness::kMiddle,
-                               Roundness::kSlightlyRound, Roundness::kQuiteRound, Roundness::kExtremelyRound}) {
-    if (spaced == RoundnessWord(word)) return word;
-  }
-  return std::nullopt;
-}
-
-bool IsCorner(double FrameParameters::*member) {
-  return member == &FrameParameters::upper_outer || member == &FrameParameters::upper_inner ||
-         member == &FrameParameters::lower_outer || member == &FrameParameters::lower_inner;
-}
-
-/// "12.5" in mm or "25%" of `width`; empty if it is neither.
-std::optional<double> ParseLength(std::string_view text, double width) {
-  double value = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-  if (stop == end) return value;
-  if (stop + 1 == end && *stop == '%') return value / 100.0 * width;
-  return std::nullopt;
-}
-
 }  // namespace
 
 FrameParameters ScaledToWidth(const FrameParameters& parameters, double width) {
@@ -196,31 +167,5 @@ std::string_view RoundnessWord(Roundness roundness) {
 }
 
 std::span<const FrameParameterField> FrameParameterFields() { return kFields; }
-
-Result<FrameParameters> WithParameter(const FrameParameters& parameters, std::string_view option,
-                                      std::string_view text) {
-  const auto* const field = std::find_if(kFields.begin(), kFields.end(),
-                                         [option](const FrameParameterField& f) { return f.option == option; });
-  if (field == kFields.end()) {
-    return Fail(fmt::format("set the frame's {}", option), "there is no such parameter",
-                "see annulus glasses design --help");
-  }
-  std::optional<double> value = ParseLength(text, parameters.width);
-  const bool takes_word = IsCorner(field->member);
-  if (const auto word = FindWord(text); !value && takes_word && word) {
-    value = RoundnessShare(*word) * std::min(parameters.width, parameters.height);
-  }
-  if (!value || *value <= 0.0) {
-    return Fail(
-        fmt::format("set the frame's {}", option), fmt::format("'{}' is not a positive length", text),
-        takes_word
-            ? "give mm, a percentage of the width such as 16%, or a word from 'quite square' to 'extremely round'"
-            : "give mm or a percentage of the width such as 80%");
-  }
-  if (field->member == &FrameParameters::width) return ScaledToWidth(parameters, *value);
-  FrameParameters changed = parameters;
-  changed.*field->member = *value;
-  return changed;
-}
 
 }  // namespace annulus

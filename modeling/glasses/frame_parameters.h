@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
@@ -55,6 +56,10 @@ struct FrameParameters {
 /// radius 0.911·l1/2; beyond it corners are cut more than a circle's.
 enum class Roundness { kQuiteSquare, kSlightlySquare, kMiddle, kSlightlyRound, kQuiteRound, kExtremelyRound };
 
+/// All words, the squarest first.
+inline constexpr std::array kRoundnessWords{Roundness::kQuiteSquare, Roundness::kSlightlySquare,
+                                            Roundness::kMiddle,      Roundness::kSlightlyRound,
+                                            Roundness::kQuiteRound,  Roundness::kExtremelyRound};
 /// t / min(l1, l2) of a word.
 [[nodiscard]] double RoundnessShare(Roundness roundness);
 /// "quite square", … "extremely round".
@@ -70,27 +75,15 @@ struct FrameParameterField {
 /// All nine, in the paper's order, the size first.
 [[nodiscard]] std::span<const FrameParameterField> FrameParameterFields();
 
-/// `parameters` with the field called `option` (as in FrameParameterFields) set from `text`: a number in mm, a number
-/// with
-/// "%" of l1, or, for a corner, a word ("slightly round" or "slightly-round"). The result is not yet validated.
-[[nodiscard]] Result<FrameParameters> WithParameter(const FrameParameters& parameters, std::string_view option,
-                                                    std::string_view text);
-
-/// A named starting point.
+/// A style of the built-in library as far as the paper goes: see frame_library.h for all of it.
 struct FrameStyle {
   std::string_view name;  ///< "round", "example1".
   std::string_view description;
-  FrameParameters parameters;  ///< At l1 = 50 mm.
+  FrameParameters parameters;
 };
 /// The built-in styles: the paper's frame examples 1–4 ("example1" …) and usual forms ("round", "square", "boston", …).
 [[nodiscard]] const std::vector<FrameStyle>& FrameStyles();
-/// The parameters of a named style; an unknown name is an error that lists the known ones.
+/// The parameters of a named built-in style; an unknown name is an error that lists the known ones.
 [[nodiscard]] Result<FrameParameters> FindFrameStyle(std::string_view name);
-
-/// FRAME.json: {"format": "annulus-frame", "version": 1, "style": "…", "parameters": {"width_mm": …, …}}; every length
-/// in mm and required. Numbers read back to the same bits.
-[[nodiscard]] std::string FrameParametersToJson(const FrameParameters& parameters, std::string_view style);
-/// Reads FRAME.json and validates. `name` of the file is for messages.
-[[nodiscard]] Result<FrameParameters> FrameParametersFromJson(std::string_view json, std::string_view name);
 
 }  // namespace annulus

@@ -1,15 +1,39 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "modeling/glasses/fit_goals.h"
 #include "modeling/glasses/placement.h"
+#include "modeling/glasses/wearer_head.h"
 #include "modeling/measure/measured_surface.h"
 
 namespace annulus {
+
+/// What a fit finds out.
+enum class FitDetail {
+  kFull,
+  kRanking,  ///< No sigmas, no clearance map, no hinges' small parts: for comparing many frames.
+};
+
+/// What is asked of a fit.
+struct GlassesFitOptions {
+  FitSize size = FitSize::kKept;
+  FitGoals goals;
+  SizeLimits limits;
+  FaceOverrides face;
+  /// Right, left: height of the pupil over the box's lower edge that is wanted, mm (B/2 ± 15).
+  std::array<std::optional<double>, 2> pupil_height;
+  /// Right, left: how far the lens' back vertex lies behind the plane of its rim, mm. Absent: kLensBackBehindRim.
+  std::array<std::optional<double>, 2> lens_back;
+  std::array<double, 2> lens_mass_g{0.0, 0.0};  ///< Right, left; 0: not known.
+  double frame_density = 1.3;                   ///< g/cm³; acetate 1.3, titanium 4.5.
+  FitDetail detail = FitDetail::kFull;
+};
 
 /// One of the fitter's targets on the finished fit.
 struct FitGoal {
@@ -60,6 +84,18 @@ struct GlassesFit {
   double penetration = 0.0;         ///< mm; deepest place of any part in the head, 0 if none enters.
   bool wearable = false;            ///< Contacts hold, nothing enters, every goal is met.
   std::vector<std::string> advice;  ///< What to change, most important first; empty if wearable.
+  double score = 0.0;               ///< 0 … 100, how well it fits: docs say how (ScoreOf).
 };
+
+/// Fits a frame on a head. The cornea's apex is the eye's centre on the scanned surface, lids as they were scanned. The
+/// vertex distance ends at the lens' back, without a lens kLensBackBehindRim behind the rim's plane. What of a temple
+/// lies behind its ear is kept off the head without its ears, as a ring does not see between ear and head. Fails if
+/// there is no head, an override is impossible, the design is invalid or a temple cannot reach its ear; a frame that
+/// cannot be worn is no failure: see `wearable` and `advice`.
+[[nodiscard]] Result<GlassesFit> FitGlasses(const MeasuredSurface& head, const FrameDesign& design,
+                                            const GlassesFitOptions& options);
+/// The same on a head that was looked at before (options.face is not looked at).
+[[nodiscard]] Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
+                                            const GlassesFitOptions& options);
 
 }  // namespace annulus

@@ -55,8 +55,7 @@ Pose SolveSteps1To3(const FrameDesign& design, const FacePoints& face, double ti
   const double roll = std::atan2(-dz, dx);  // About +y: turns +x towards -z.
   const Eigen::Matrix3d rotation =
       (Eigen::AngleAxisd(roll, Vector3d::UnitY()) * Eigen::AngleAxisd(-tilt, Vector3d::UnitX())).toRotationMatrix();
-  const double c_height = pose.design.parameters.bridge_height - 0.5 * pose.design.parameters.height;
-  const double c_forward = (rotation * Vector3d(0.0, 0.0, c_height)).y();
+  const double c_forward = (rotation * BridgeCentre(pose.design)).y();
   pose.station_from_frame.setIdentity();
   pose.station_from_frame.linear() = rotation;
   pose.station_from_frame.translation() =
@@ -76,8 +75,8 @@ Result<WornFrame> WithTemples(WornFrame worn) {
   RETURN_IF_ERROR(frame);
   worn.l6_right = frame->arm_right.l6;
   worn.l6_left = frame->arm_left.l6;
-  const Vector3d q30_right = frame->arm_right.r.a().control_point(3, 0);
-  const Vector3d q30_left = frame->arm_left.r.a().control_point(3, 0);
+  const Vector3d q30_right = frame->arm_right.ear_point;
+  const Vector3d q30_left = frame->arm_left.ear_point;
   worn.residuals.eye_right =
       FrontalDistance(station_from_frame * frame->rim_centre_right(), worn.face.eye_right.position);
   worn.residuals.eye_left = FrontalDistance(station_from_frame * frame->rim_centre_left(), worn.face.eye_left.position);
@@ -106,11 +105,9 @@ double SmallestGap(const SplineSurface& head, const std::vector<Vector3d>& point
 /// Rims and bridge as points in the station frame.
 std::vector<Vector3d> ContactPoints(const Frame& frame, const Eigen::Isometry3d& station_from_frame) {
   std::vector<Vector3d> points;
-  for (const FramePart& part : FrameParts(frame)) {
-    if (part.name == "arm_right" || part.name == "arm_left") continue;
-    for (const Vector3d& vertex : TessellateChain(part.tubes, part.ends, kContactPoints).vertices) {
-      points.push_back(station_from_frame * vertex);
-    }
+  for (const FrameMesh& part : TessellateFrameParts(frame, kContactPoints)) {
+    if (part.name.rfind("rim", 0) != 0 && part.name != "bridge") continue;
+    for (const Vector3d& vertex : part.mesh.vertices) points.push_back(station_from_frame * vertex);
   }
   return points;
 }

@@ -104,26 +104,6 @@ TEST(FrameParameters, ScaleKeepsShape) {
   EXPECT_NEAR(scaled.lower_outer, 0.5 * Example("example4").lower_outer, 1e-12);
 }
 
-TEST(FrameParameters, TakeMillimetresPercentagesAndWords) {
-  const FrameParameters p;
-  EXPECT_DOUBLE_EQ(WithParameter(p, "upper-outer", "7.5")->upper_outer, 7.5);
-  EXPECT_DOUBLE_EQ(WithParameter(p, "height", "80%")->height, 40.0);
-  EXPECT_DOUBLE_EQ(WithParameter(p, "lower-inner", "quite round")->lower_inner, 0.2516 * 40.0);
-  EXPECT_DOUBLE_EQ(WithParameter(p, "lower-inner", "slightly-square")->lower_inner, 0.12 * 40.0);
-  EXPECT_DOUBLE_EQ(WithParameter(p, "width", "25")->height, 20.0);
-}
-
-TEST(FrameParameters, SayWhatIsWrongWithAValue) {
-  const FrameParameters p;
-  for (const char* bad : {"", "abc", "7x", "nan", "inf", "-3", "0", "%", "1e999", "rounder"}) {
-    const auto changed = WithParameter(p, "upper-outer", bad);
-    ASSERT_FALSE(changed) << bad;
-    EXPECT_THAT(changed.error().Text(), HasSubstr("upper-outer")) << bad;
-  }
-  EXPECT_FALSE(WithParameter(p, "height", "quite round"));
-  EXPECT_FALSE(WithParameter(p, "colour", "3"));
-}
-
 TEST(FrameParameters, UnknownStyleListsTheKnownOnes) {
   const auto style = FindFrameStyle("baroque");
   ASSERT_FALSE(style);

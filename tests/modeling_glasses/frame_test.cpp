@@ -14,6 +14,7 @@
 
 #include "base/units.h"
 #include "modeling/mesh/mesh_io.h"
+#include "winding.h"
 
 namespace annulus {
 namespace {
@@ -35,20 +36,6 @@ FrameAdjustment Ears(const Vector3d& right, const Vector3d& left) {
 }
 
 Frame BuildStyle(const char* name) { return Build(FindFrameStyle(name).value()); }
-
-/// Sum of the solid angles of a mesh's triangles over 4π (Van Oosterom and Strackee 1983): 1 inside, 0 outside.
-double WindingNumber(const TriangleMesh& mesh, const Vector3d& p) {
-  double sum = 0.0;
-  for (const auto& face : mesh.faces) {
-    const Vector3d a = mesh.vertices[face[0]] - p;
-    const Vector3d b = mesh.vertices[face[1]] - p;
-    const Vector3d c = mesh.vertices[face[2]] - p;
-    const double denominator =
-        a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm();
-    sum += 2.0 * std::atan2(a.dot(b.cross(c)), denominator);
-  }
-  return sum / (4.0 * kPi);
-}
 
 double Uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
@@ -195,10 +182,10 @@ TEST(Frame, BridgeAndTemplesEndInsideTheRim) {
     const TriangleMesh right = TessellateChain(frame.rim_right, TubeEnds::kLoop, {24, 24});
     const TriangleMesh left = TessellateChain(frame.rim_left, TubeEnds::kLoop, {24, 24});
     for (double around = 0.0; around < 1.0; around += 0.0625) {
-      EXPECT_NEAR(WindingNumber(right, frame.bridge.Point(0, around)), 1.0, 1e-6) << style.name;
-      EXPECT_NEAR(WindingNumber(left, frame.bridge.Point(1, around)), 1.0, 1e-6) << style.name;
-      EXPECT_NEAR(WindingNumber(right, frame.arm_right.f.Point(1, around)), 1.0, 1e-6) << style.name;
-      EXPECT_NEAR(WindingNumber(left, frame.arm_left.f.Point(1, around)), 1.0, 1e-6) << style.name;
+      EXPECT_NEAR(WindingNumber(right, frame.bridge[0].Point(0, around)), 1.0, 1e-6) << style.name;
+      EXPECT_NEAR(WindingNumber(left, frame.bridge[0].Point(1, around)), 1.0, 1e-6) << style.name;
+      EXPECT_NEAR(WindingNumber(right, frame.arm_right.temple[1].Point(1, around)), 1.0, 1e-6) << style.name;
+      EXPECT_NEAR(WindingNumber(left, frame.arm_left.temple[1].Point(1, around)), 1.0, 1e-6) << style.name;
     }
     EXPECT_NEAR(WindingNumber(right, Vector3d::Zero()), 0.0, 1e-6);
   }
@@ -209,14 +196,14 @@ TEST(Frame, BridgeIsAtItsHeightAndStraight) {
   const FrameParameters& p = frame.design.parameters;
   const Vector3d centre(0, 0, p.bridge_height - p.height / 2.0);
   EXPECT_LT((frame.bridge_centre() - centre).norm(), 1e-12);
-  EXPECT_LT((frame.bridge.CentreLine(0.5) - centre).norm(), 1e-12);
-  for (double u = 0.0; u <= 1.0; u += 0.1) EXPECT_NEAR(frame.bridge.CentreLine(u).z(), centre.z(), 1e-9);
+  EXPECT_LT((frame.bridge[0].CentreLine(0.5) - centre).norm(), 1e-12);
+  for (double u = 0.0; u <= 1.0; u += 0.1) EXPECT_NEAR(frame.bridge[0].CentreLine(u).z(), centre.z(), 1e-9);
 }
 
 TEST(Frame, TempleTurnsNinetyDegreesAndBendsFortyFiveBehindTheEar) {
   const Frame frame = BuildStyle("example2");
-  const auto& f = frame.arm_right.f.sections();
-  const auto& r = frame.arm_right.r.sections();
+  const auto& f = frame.arm_right.temple[1].sections();
+  const auto& r = frame.arm_right.temple[0].sections();
   const double l4 = frame.design.parameters.width / 10.0;
   const Vector3d start = f[2].centre - f[3].centre;
   const Vector3d back = f[0].centre - f[1].centre;
@@ -239,11 +226,12 @@ TEST(Frame, TempleMeetsTheEarPointsAndItsPartsJoinWithG1) {
   const FrameAdjustment ears = Ears(Vector3d(82, -101, 6), Vector3d(-75, -95, -9));
   const Result<Frame> frame = BuildFrame(p, ears);
   ASSERT_TRUE(frame) << frame.error().Text();
-  EXPECT_LT((frame->arm_right.r.a().control_point(3, 0) - ears.temple_right.ear).norm(), 1e-12);
-  EXPECT_LT((frame->arm_left.r.a().control_point(3, 0) - ears.temple_left.ear).norm(), 1e-12);
+  EXPECT_LT((frame->arm_right.temple[0].a().control_point(3, 0) - ears.temple_right.ear).norm(), 1e-12);
+  EXPECT_LT((frame->arm_left.temple[0].a().control_point(3, 0) - ears.temple_left.ear).norm(), 1e-12);
   for (const FrameArm& arm : {frame->arm_right, frame->arm_left}) {
     for (double v = 0.0; v <= 1.0; v += 0.125) {
-      for (const auto& [rear, front] : {std::pair(arm.r.a(), arm.f.a()), std::pair(arm.r.b(), arm.f.b())}) {
+      for (const auto& [rear, front] :
+           {std::pair(arm.temple[0].a(), arm.temple[1].a()), std::pair(arm.temple[0].b(), arm.temple[1].b())}) {
         EXPECT_LT((rear.Point(1, v) - front.Point(0, v)).norm(), 1e-9);
         const Vector3d before = rear.DerivativeU(1, v).normalized();
         const Vector3d after = front.DerivativeU(0, v).normalized();

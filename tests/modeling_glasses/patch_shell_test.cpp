@@ -30,14 +30,13 @@ TEST(PatchShell, OfEveryStyleIsClosedAndItsMeshHasItsVolume) {
   for (const FrameStyle& style : FrameStyles()) {
     const auto frame = BuildFrame(style.parameters, StandardAdjustment(style.parameters));
     ASSERT_TRUE(frame);
-    for (const FramePart& part : FrameParts(*frame)) {
-      const PatchShell shell = ShellOfTubes(part.name, part.tubes, part.ends);
+    for (const PatchShell& shell : FrameBodies(*frame).front().shells) {
       const ShellJoins joins = MeasureJoins(shell);
-      EXPECT_EQ(joins.open_edges, 0U) << style.name << " " << part.name;
-      EXPECT_LT(joins.position_gap, 1e-9) << style.name << " " << part.name;
+      EXPECT_EQ(joins.open_edges, 0U) << style.name << " " << shell.name;
+      EXPECT_LT(joins.position_gap, 1e-9) << style.name << " " << shell.name;
       const TriangleMesh mesh = Tessellate(shell, {});
-      EXPECT_EQ(CountOpenEdges(mesh), 0U) << style.name << " " << part.name;
-      EXPECT_NEAR(SignedVolume(mesh) / Volume(shell), 1.0, 0.02) << style.name << " " << part.name;
+      EXPECT_EQ(CountOpenEdges(mesh), 0U) << style.name << " " << shell.name;
+      EXPECT_NEAR(SignedVolume(mesh) / Volume(shell), 1.0, 0.02) << style.name << " " << shell.name;
     }
   }
 }

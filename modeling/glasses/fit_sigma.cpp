@@ -1,0 +1,141 @@
+#include "modeling/glasses/fit_sigma.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace annulus {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+double& At(GoalVector& values, GoalValue value) { return values[static_cast<int>(value)]; }
+
+/// One independent cause: how it changes the task at +1 sd, and its step in sds.
+using Cause = std::function<void(PoseTask&, double)>;
+
+/// sd of the distance of a point at the skin, mm: of the radius, by the slope.
+double DistanceSigma(const WearerHead& head, const Vector3d& p_in_station) {
+  const double theta = std::atan2(p_in_station.y(), p_in_station.x());
+  const Vector3d normal = head.measured().surface().Normal(theta, p_in_station.z());
+  const double along = std::abs(normal.x() * std::cos(theta) + normal.y() * std::sin(theta));
+  return along * head.measured().RadiusSigma(theta, p_in_station.z());
+}
+
+/// A point moved along the skin's tangent plane, head frame.
+Vector3d Along(const Vector3d& from, const Vector3d& normal, double across, double up) {
+  // Mostly facing forward (eyes) or sideways (ears): the coordinate of the largest component follows.
+  Vector3d moved = from;
+  if (std::abs(normal.y()) >= std::abs(normal.x())) {
+    moved += Vector3d(across, -(normal.x() * across + normal.z() * up) / normal.y(), up);
+  } else {
+    moved += Vector3d(-(normal.y() * across + normal.z() * up) / normal.x(), across, up);
+  }
+  return moved;
+}
+
+std::vector<Cause> CausesOf(const PoseTask& task, const std::array<Vector3d, 2>& bearing) {
+  const WearerHead& head = *task.head;
+  const Eigen::Matrix3d head_from_station = head.station_from_head().linear().transpose();
+  const auto normal_at = [&](const Vector3d& p) -> Vector3d {
+    return head_from_station * head.measured().surface().Normal(std::atan2(p.y(), p.x()), p.z());
+  };
+  std::vector<Cause> causes;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Eye eye = side == 0 ? Eye::kRight : Eye::kLeft;
+    const Vector3d eye_normal = normal_at(head.eye(eye));
+    const Vector3d ear_normal = normal_at(head.ear(eye));
+    const PlaceSigma eye_sigma = head.eye_sigma();
+    const PlaceSigma ear_sigma = head.ear_sigma();
+    const double eye_depth = DistanceSigma(head, head.eye(eye));
+    const double bears = DistanceSigma(head, bearing[side]);
+    causes.emplace_back([=](PoseTask& t, double sd) {
+      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, sd * eye_sigma.across, 0.0);
+    });
+    causes.emplace_back([=](PoseTask& t, double sd) {
+      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, 0.0, sd * eye_sigma.up);
+    });
+    causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.eyes[side].y() += sd * eye_depth; });
+    causes.emplace_back([=](PoseTask& t, double sd) {
+      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, sd * ear_sigma.across, 0.0);
+    });
+    causes.emplace_back([=](PoseTask& t, double sd) {
+      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, 0.0, sd * ear_sigma.up);
+    });
+    causes.emplace_back([=](PoseTask& t, double sd) { t.bearing_shift[side] -= sd * bears; });
+  }
+  const double level = head.level_sigma();
+  causes.emplace_back([=](PoseTask& t, double sd) {
+    t.inputs.level = Eigen::AngleAxisd(sd * level, Vector3d::UnitX()).toRotationMatrix() * t.inputs.level;
+  });
+  return causes;
+}
+
+}  // namespace
+
+GoalVector ValuesOf(const FrontShape& front, const GoalInputs& inputs, const FrontPose& pose) {
+  const GoalNumbers<double> n = NumbersOf(front, inputs, pose);
+  const Eigen::Isometry3d head_from_frame = pose.HeadFromFrame();
+  GoalVector values;
+  At(values, GoalValue::kPd) = (inputs.eyes[0] - inputs.eyes[1]).dot(inputs.level.col(0));
+  for (std::size_t side = 0; side < 2; ++side) {
+    const auto of = [&](GoalValue right) {
+      return static_cast<GoalValue>(static_cast<int>(right) + (side == 0 ? 0 : 1));
+    };
+    const LensPlane& lens = front.lenses[side];
+    At(values, of(GoalValue::kPdRight)) = std::abs(lens.centre.x()) - n.decentration[side] * lens.right.x();
+    At(values, of(GoalValue::kHeightRight)) = 0.5 * lens.b + n.pupil_above_centre[side];
+    At(values, of(GoalValue::kVertexRight)) = n.vertex_distance[side];
+    At(values, of(GoalValue::kSplayRight)) = n.temple_splay[side];
+    At(values, of(GoalValue::kTempleRight)) = (head_from_frame * front.hinges[side] - inputs.ears[side]).norm();
+  }
+  At(values, GoalValue::kPantoscopicTilt) = n.pantoscopic_tilt;
+  At(values, GoalValue::kFaceForm) = n.face_form;
+  return values;
+}
+
+GoalVector SigmasOf(const PoseProblem& problem, const FrontState& state, const std::array<Vector3d, 2>& bearing) {
+  constexpr double kStep = 1e-3;  // of every variable; of every cause in sds
+  const GoalVector unknown = GoalVector::Constant(std::nan(""));
+  VectorXd residuals;
+  MatrixXd jacobian;
+  const auto front = problem.Front(state);
+  if (!front || !problem.Evaluate(state, residuals, &jacobian)) return unknown;
+  std::vector<int> free;
+  for (int k = 0; k < FrontState::kSize; ++k) {
+    if (problem.IsFree(k)) free.push_back(k);
+  }
+  const auto count = static_cast<Eigen::Index>(free.size());
+  MatrixXd by_free(residuals.size(), count);
+  MatrixXd goals_by_free(static_cast<int>(GoalValue::kCount), count);
+  const GoalVector values = ValuesOf(*front, problem.task().inputs, state.pose);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const int variable = free[static_cast<std::size_t>(k)];
+    by_free.col(k) = jacobian.col(variable);
+    Eigen::Matrix<double, FrontState::kSize, 1> moved = state.Vector();
+    moved[variable] += kStep;
+    const FrontState there = FrontState::FromVector(moved.data());
+    const auto beside = problem.Front(there);
+    if (!beside) return unknown;
+    goals_by_free.col(k) = (ValuesOf(*beside, problem.task().inputs, there.pose) - values) / kStep;
+  }
+  MatrixXd normal = by_free.transpose() * by_free;
+  normal.diagonal().array() += 1e-9;
+  const Eigen::LDLT<MatrixXd> solver(normal);
+  GoalVector variance = GoalVector::Zero();
+  for (const Cause& cause : CausesOf(problem.task(), bearing)) {
+    PoseTask task = problem.task();
+    cause(task, kStep);
+    VectorXd changed;
+    if (!problem.With(task).Evaluate(state, changed, nullptr)) return unknown;
+    const VectorXd motion = -solver.solve(by_free.transpose() * ((changed - residuals) / kStep));
+    const GoalVector direct = (ValuesOf(*front, task.inputs, state.pose) - values) / kStep;
+    variance += (direct + goals_by_free * motion).array().square().matrix();
+  }
+  return variance.array().sqrt();
+}
+
+}  // namespace annulus

@@ -1,0 +1,283 @@
+#include "modeling/glasses/rim.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "base/ensure.h"
+
+namespace annulus {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The radius of a base curve's sphere in mm is this over its dioptres (n = 1.53).
+constexpr double kCurveNumerator = 530.0;
+
+/// P1 … P4 (upper outer, upper inner, lower inner, lower outer) about the rim's centre (fig. 9).
+std::array<Vector3d, 4> Rectangle(const FrameDesign& d) {
+  const double x = 0.5 * d.parameters.width;
+  const double z = 0.5 * d.parameters.height;
+  return {Vector3d(x, 0.0, z), Vector3d(-x, 0.0, z), Vector3d(-x, 0.0, -z), Vector3d(x, 0.0, -z)};
+}
+
+/// Fig. 9 in the rim's own plane.
+void PlaceOctagon(const FrameDesign& d, Rim& rim) {
+  const std::array<Vector3d, 4> corner = Rectangle(d);
+  const FrameParameters& p = d.parameters;
+  const std::array<double, 4> cut{p.upper_outer, p.upper_inner, p.lower_inner, p.lower_outer};  // t0, t3, t6, t9
+  const std::array<double, 4> thickness{p.upper_thickness, p.upper_thickness, p.lower_thickness, p.lower_thickness};
+  // Outward normals of the sides P1P2, P2P3, P3P4, P4P1.
+  const std::array<Vector3d, 4> normal{Vector3d::UnitZ(), -Vector3d::UnitX(), -Vector3d::UnitZ(), Vector3d::UnitX()};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector3d before = (corner[(k + 3) % 4] - corner[k]).normalized();
+    const Vector3d after = (corner[(k + 1) % 4] - corner[k]).normalized();
+    const Vector3d& normal_before = normal[(k + 3) % 4];
+    const Vector3d& normal_after = normal[k];
+    const Vector3d bisector = (normal_before + normal_after).normalized();
+    const double half = 0.5 * thickness[k];
+    // P_kM ⟂ the cut at 45°: it meets the two sides at √2·t from the corner.
+    const double along = std::numbers::sqrt2 * cut[k];
+    const std::size_t last = (3 * k + 11) % 12;
+    rim.m[last] = corner[k] + along * before;
+    rim.m[3 * k] = corner[k] - cut[k] * bisector;
+    rim.m[3 * k + 1] = corner[k] + along * after;
+    rim.half_width[last] = half * Mitre(normal_before, bisector);
+    rim.half_width[3 * k] = half * bisector;
+    rim.half_width[3 * k + 1] = half * Mitre(bisector, normal_after);
+    for (const std::size_t i : {last, 3 * k, 3 * k + 1}) rim.thickness[i] = thickness[k];
+  }
+}
+
+/// v in (0, 0.5) at which a section is `share` (0 … 0.75) of its half depth off the middle plane: 3v(1 - v) = share.
+double DepthParameter(double share) { return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 / 3.0 * share)); }
+/// Place across the section at v, in half widths.
+double PlaceAt(double v) { return -1.0 + 2.0 * v * v * (3.0 - 2.0 * v); }
+
+void CutGroove(const FrameDesign& d, Rim& rim) {
+  if (d.details.rim == RimForm::kRimless) {
+    rim.lens_place.fill(0.0);
+    return;
+  }
+  rim.lens_place.fill(-1.0);
+  if (d.details.groove_depth <= 0.0) return;
+  rim.groove_v = DepthParameter(d.details.groove_width / d.depth());
+  const double lip = PlaceAt(rim.groove_v);
+  for (std::size_t i = 0; i < 12; ++i) rim.lens_place[i] = lip + 2.0 * d.details.groove_depth / rim.thickness[i];
+}
+
+std::array<std::size_t, 4> Rows(std::size_t k) { return {3 * k, 3 * k + 1, 3 * k + 2, (3 * k + 3) % 12}; }
+
+/// A curve of the rim's control sections along tube k at these places.
+template <typename PlaceOfRow>
+BezierCurve CurveAt(const Rim& rim, std::size_t k, const PlaceOfRow& place) {
+  BezierCurve curve;
+  for (std::size_t r = 0; r < 4; ++r) {
+    const std::size_t i = Rows(k)[r];
+    curve[r] = rim.m[i] + place(i) * rim.half_width[i];
+  }
+  return curve;
+}
+
+/// Moves the M_i along y so that the lens' outline comes nearest to the sphere with its front-most point at y = 0 over
+/// the rectangle's centre, then so that the mean of M0, M3, M6, M9 has y = 0. These four stay midway between their
+/// neighbours (C1).
+void BendToSphere(double radius, Rim& rim) {
+  constexpr int kSteps = 8;
+  using Unknowns = Eigen::Matrix<double, 8, 1>;
+  // Unknown 2k is y of M_3k+1, 2k + 1 that of M_3k+2; M_3k has the mean of 2k and 2k - 1.
+  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+  Unknowns right = Unknowns::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const BezierCurve curve = LensCurve(rim, k);
+    for (int step = 0; step <= kSteps; ++step) {
+      const double u = static_cast<double>(step) / kSteps;
+      const std::array<double, 4> b = CubicBernstein(u);
+      const Vector3d p = CubicBezierPoint(curve, u);
+      const double sag = std::sqrt(radius * radius - p.squaredNorm()) - radius;
+      Unknowns row = Unknowns::Zero();
+      const auto at = [&row](std::size_t i) -> double& { return row[static_cast<Eigen::Index>(i % 8)]; };
+      at(2 * k + 7) += 0.5 * b[0];
+      at(2 * k) += 0.5 * b[0] + b[1];
+      at(2 * k + 1) += b[2] + 0.5 * b[3];
+      at(2 * k + 2) += 0.5 * b[3];
+      normal += row * row.transpose();
+      right += sag * row;
+    }
+  }
+  const Unknowns y = normal.ldlt().solve(right);
+  const auto value = [&y](std::size_t i) { return y[static_cast<Eigen::Index>(i % 8)]; };
+  double mean = 0.0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    rim.m[3 * k].y() = 0.5 * (value(2 * k) + value(2 * k + 7));
+    rim.m[3 * k + 1].y() = value(2 * k);
+    rim.m[3 * k + 2].y() = value(2 * k + 1);
+    mean += 0.25 * rim.m[3 * k].y();
+  }
+  for (Vector3d& m : rim.m) m.y() -= mean;
+  rim.sphere_front = -mean;
+}
+
+/// A stretch of one of the rim's tubes.
+struct Stretch {
+  std::size_t tube;
+  double from;
+  double to;
+};
+
+BezierPatch Sub(const BezierPatch& patch, const Stretch& s) {
+  BezierPatch piece = patch;
+  if (s.to < 1.0) piece = piece.Split(PatchDirection::kU, s.to).first;
+  if (s.from > 0.0) piece = piece.Split(PatchDirection::kU, s.from / s.to).second;
+  return piece;
+}
+
+BezierCurve Sub(const BezierCurve& curve, const Stretch& s) {
+  BezierCurve piece = curve;
+  if (s.to < 1.0) piece = Split(piece, s.to).first;
+  if (s.from > 0.0) piece = Split(piece, s.from / s.to).second;
+  return piece;
+}
+
+BezierCurve Column(const BezierPatch& patch, std::size_t j) {
+  const auto& net = patch.control_net();
+  return {net[0][j], net[1][j], net[2][j], net[3][j]};
+}
+
+/// The skin of one stretch: A from the front lip to the outer seam, B from there to the back lip; the groove's bottom.
+struct Skin {
+  BezierPatch a;
+  BezierPatch b;
+  std::optional<BezierCurve> bottom;
+};
+
+Skin SkinOf(const Rim& rim, const Stretch& stretch) {
+  const BezierTube tube = RimTube(rim, stretch.tube);
+  const BezierPatch a = Sub(tube.a(), stretch);
+  const BezierPatch b = Sub(tube.b(), stretch);
+  if (rim.groove_v <= 0.0) return {a, b, std::nullopt};
+  return {a.Split(PatchDirection::kV, rim.groove_v).second, b.Split(PatchDirection::kV, 1.0 - rim.groove_v).first,
+          Sub(LensCurve(rim, stretch.tube), stretch)};
+}
+
+void AppendSkin(const Skin& skin, PatchShell& shell) {
+  shell.patches.push_back({skin.a, PatchDetail::kAlong, PatchDetail::kAround});
+  shell.patches.push_back({skin.b, PatchDetail::kAlong, PatchDetail::kAround});
+  if (!skin.bottom) return;
+  shell.patches.push_back(
+      {RuledPatch(Column(skin.b, 3), *skin.bottom).Flipped(), PatchDetail::kAlong, PatchDetail::kStraight});
+  shell.patches.push_back(
+      {RuledPatch(*skin.bottom, Column(skin.a, 0)).Flipped(), PatchDetail::kAlong, PatchDetail::kStraight});
+}
+
+/// The flat end of a half rim at row 0 of a skin (flipped: at row 3): two fans about the groove's bottom, or one ruled
+/// patch.
+std::vector<ShellPatch> FlatEnd(const Skin& skin, std::size_t row) {
+  const BezierCurve& a = skin.a.control_net()[row];
+  const BezierCurve& b = skin.b.control_net()[row];
+  if (!skin.bottom) return {{RuledPatch(a, Backwards(b)).Flipped(), PatchDetail::kAround, PatchDetail::kStraight}};
+  const Vector3d& bottom = (*skin.bottom)[row];
+  const BezierCurve pole{bottom, bottom, bottom, bottom};
+  return {{RuledPatch(pole, a), PatchDetail::kStraight, PatchDetail::kAround},
+          {RuledPatch(pole, b), PatchDetail::kStraight, PatchDetail::kAround}};
+}
+
+}  // namespace
+
+Vector3d Mitre(const Vector3d& a, const Vector3d& b) { return (a + b) / (1.0 + a.dot(b)); }
+
+double RimDepthShare(double place) {
+  double low = 0.0;
+  double high = 1.0;
+  for (int step = 0; step < 50; ++step) {
+    const double middle = 0.5 * (low + high);
+    (PlaceAt(middle) < place ? low : high) = middle;
+  }
+  return 3.0 * low * (1.0 - low);
+}
+
+BezierCurve RimCurve(const Rim& rim, std::size_t k, double place) {
+  ENSURE(k < 4, "a rim has four tubes");
+  return CurveAt(rim, k, [place](std::size_t) { return place; });
+}
+
+double GrooveLip(double opening_share) { return PlaceAt(DepthParameter(opening_share)); }
+
+double BridgeZ(const FrameDesign& d) { return d.parameters.bridge_height - 0.5 * d.parameters.height; }
+double TempleZ(const FrameDesign& d) { return d.arm_height() - 0.5 * d.parameters.height; }
+
+Rim MakeRim(const FrameDesign& design) {
+  Rim rim;
+  PlaceOctagon(design, rim);
+  CutGroove(design, rim);
+  if (design.details.frame_curve > 0.0) BendToSphere(kCurveNumerator / design.details.frame_curve, rim);
+  rim.frame_from_rim = Eigen::Translation3d(0.5 * design.rim_spacing(), 0.0, 0.0) *
+                       Eigen::AngleAxisd(-design.details.face_form, Vector3d::UnitZ());
+  for (Vector3d& m : rim.m) m = rim.frame_from_rim * m;
+  for (Vector3d& width : rim.half_width) width = rim.frame_from_rim.linear() * width;
+  rim.half_depth = rim.frame_from_rim.linear() * Vector3d(0.0, 0.5 * design.depth(), 0.0);
+  return rim;
+}
+
+BezierTube RimTube(const Rim& rim, std::size_t k) {
+  ENSURE(k < 4, "a rim has four tubes");
+  BezierTube::Sections sections;
+  for (std::size_t r = 0; r < 4; ++r) {
+    const std::size_t i = Rows(k)[r];
+    sections[r] = {rim.m[i], rim.half_width[i], rim.half_depth};
+  }
+  return BezierTube(sections);
+}
+
+BezierCurve LensCurve(const Rim& rim, std::size_t k) {
+  ENSURE(k < 4, "a rim has four tubes");
+  return CurveAt(rim, k, [&rim](std::size_t i) { return rim.lens_place[i]; });
+}
+
+BezierPatch RightLens(const FrameDesign& d, const Rim& rim) {
+  const double place = d.details.rim == RimForm::kRimless ? 0.0 : -1.0;
+  const Eigen::Isometry3d rim_from_frame = rim.frame_from_rim.inverse();
+  const auto edge = [&](std::size_t i) -> Vector3d {
+    return rim_from_frame * (rim.m[i % 12] + place * rim.half_width[i % 12]);
+  };
+  const Vector3d zero = Vector3d::Zero();
+  BezierPatch::ControlNet net;
+  net[0] = {edge(0), edge(1), edge(2), edge(3)};
+  net[1] = {edge(11), zero, zero, edge(4)};
+  net[2] = {edge(10), zero, zero, edge(5)};
+  net[3] = {edge(9), edge(8), edge(7), edge(6)};
+  // The inner four have the weight 9/64 each in the middle.
+  double raise = 3.0 * d.depth();
+  if (d.details.frame_curve > 0.0) raise = (rim.sphere_front - BezierPatch(net).Point(0.5, 0.5).y()) * 16.0 / 9.0;
+  const std::array<Vector3d, 4> corner = Rectangle(d);
+  for (std::size_t i = 1; i < 3; ++i) {
+    for (std::size_t j = 1; j < 3; ++j) {
+      net[i][j] = corner[0] + static_cast<double>(j) / 3.0 * (corner[1] - corner[0]) +
+                  static_cast<double>(i) / 3.0 * (corner[3] - corner[0]) + Vector3d(0.0, raise, 0.0);
+    }
+  }
+  for (auto& row : net) {
+    for (Vector3d& point : row) point = rim.frame_from_rim * point;
+  }
+  return BezierPatch(net);
+}
+
+PatchShell RimShell(std::string name, const Rim& rim, const std::optional<HalfRimSpan>& span) {
+  PatchShell shell{std::move(name), {}};
+  if (!span) {
+    for (std::size_t k = 0; k < 4; ++k) AppendSkin(SkinOf(rim, {k, 0.0, 1.0}), shell);
+    return shell;
+  }
+  const std::array<Skin, 3> skins{SkinOf(rim, {3, span->temple_start, 1.0}), SkinOf(rim, {0, 0.0, 1.0}),
+                                  SkinOf(rim, {1, 0.0, span->nose_end})};
+  for (const Skin& skin : skins) AppendSkin(skin, shell);
+  for (const ShellPatch& piece : FlatEnd(skins[0], 0)) shell.patches.push_back(piece);
+  for (const ShellPatch& piece : FlatEnd(skins[2], 3)) {
+    shell.patches.push_back({piece.patch.Flipped(), piece.v, piece.u});
+  }
+  return shell;
+}
+
+}  // namespace annulus
