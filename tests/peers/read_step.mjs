@@ -1,9 +1,9 @@
 // node read_step.mjs F.step…: reads STEP files with occt-import-js (Open CASCADE compiled to WebAssembly by others) and prints, as JSON,
-// for each file the name, volume (mm³), triangles and open edges of each solid, meshed within 0.0005 mm.
+// for each file the name, volume (mm³), triangles and open edges of each solid, meshed within 0.001 mm.
 import { readFileSync } from "node:fs";
 import loadOcct from "occt-import-js";
 
-const params = { linearUnit: "millimeter", linearDeflectionType: "absolute_value", linearDeflection: 0.0005, angularDeflection: 0.05 };
+const params = { linearUnit: "millimeter", linearDeflectionType: "absolute_value", linearDeflection: 0.001, angularDeflection: 0.5 };
 
 // The divergence theorem, about the first corner so that little cancels.
 function volume(xyz, index) {
