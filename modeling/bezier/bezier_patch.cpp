@@ -185,6 +185,26 @@ std::pair<BezierPatch, BezierPatch> BezierPatch::Split(PatchDirection direction,
   return {BezierPatch(Transposed(low)), BezierPatch(Transposed(high))};
 }
 
+BezierCurve CurveAtU(const BezierPatch& patch, double u) {
+  const Weights weight = CubicBernstein(u);
+  const BezierPatch::ControlNet& q = patch.control_net();
+  BezierCurve curve;
+  for (std::size_t j = 0; j < 4; ++j) {
+    curve[j] = weight[0] * q[0][j] + weight[1] * q[1][j] + weight[2] * q[2][j] + weight[3] * q[3][j];
+  }
+  return curve;
+}
+
+BezierCurve CurveChangeAtU(const BezierPatch& patch, double u) {
+  const Weights weight = BernsteinFirst(u);
+  const BezierPatch::ControlNet& q = patch.control_net();
+  BezierCurve curve;
+  for (std::size_t j = 0; j < 4; ++j) {
+    curve[j] = weight[0] * q[0][j] + weight[1] * q[1][j] + weight[2] * q[2][j] + weight[3] * q[3][j];
+  }
+  return curve;
+}
+
 BezierPatch BezierPatch::Flipped() const { return BezierPatch(Transposed(control_net_)); }
 
 BezierPatch BezierPatch::MirroredX() const {
@@ -200,9 +220,10 @@ TriangleMesh Tessellate(const BezierPatch& patch, std::size_t count_u, std::size
   TriangleMesh mesh;
   mesh.vertices.reserve((count_u + 1) * (count_v + 1));
   for (std::size_t i = 0; i <= count_u; ++i) {
+    // The curve along v at this u: a quarter of the sums of Point.
+    const BezierCurve along_v = CurveAtU(patch, static_cast<double>(i) / static_cast<double>(count_u));
     for (std::size_t j = 0; j <= count_v; ++j) {
-      mesh.vertices.push_back(patch.Point(static_cast<double>(i) / static_cast<double>(count_u),
-                                          static_cast<double>(j) / static_cast<double>(count_v)));
+      mesh.vertices.push_back(CubicBezierPoint(along_v, static_cast<double>(j) / static_cast<double>(count_v)));
     }
   }
   mesh.faces.reserve(2 * count_u * count_v);

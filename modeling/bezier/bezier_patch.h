@@ -51,6 +51,10 @@ class BezierPatch {
   ControlNet control_net_;
 };
 
+/// The curve S(u, ·) of a patch, and its derivative by u, S_u(u, ·).
+[[nodiscard]] BezierCurve CurveAtU(const BezierPatch& patch, double u);
+[[nodiscard]] BezierCurve CurveChangeAtU(const BezierPatch& patch, double u);
+
 /// (count_u + 1) · (count_v + 1) points of the patch joined to triangles whose normals follow S_u × S_v; an open sheet.
 /// Requires counts >= 1.
 [[nodiscard]] TriangleMesh Tessellate(const BezierPatch& patch, std::size_t count_u, std::size_t count_v);

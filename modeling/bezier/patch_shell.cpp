@@ -140,12 +140,13 @@ ShellMoments MomentsOf(const PatchShell& shell) {
   ShellMoments moments;
   for (const ShellPatch& piece : shell.patches) {
     for (std::size_t i = 0; i < kNodes.size(); ++i) {
+      const BezierCurve along_v = CurveAtU(piece.patch, kNodes[i]);
+      const BezierCurve change = CurveChangeAtU(piece.patch, kNodes[i]);
       for (std::size_t j = 0; j < kNodes.size(); ++j) {
-        const double u = kNodes[i];
         const double v = kNodes[j];
-        const Vector3d p = piece.patch.Point(u, v);
+        const Vector3d p = CubicBezierPoint(along_v, v);
         const Vector3d weighted =
-            kWeights[i] * kWeights[j] * piece.patch.DerivativeU(u, v).cross(piece.patch.DerivativeV(u, v));
+            kWeights[i] * kWeights[j] * CubicBezierPoint(change, v).cross(CubicBezierDerivative(along_v, v));
         moments.volume += p.dot(weighted) / 3.0;
         // ∭ x dV = ½∬ x² n_x dA, and so for y and z.
         moments.first += 0.5 * p.cwiseProduct(p).cwiseProduct(weighted);

@@ -71,7 +71,9 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
   const GoalVector v = ValuesOf(fitted.front, task.inputs, fitted.seated.pose);
   FrontState state = fitted.state;
   state.pose = fitted.seated.pose;
-  const GoalVector s = SigmasOf(fitted.problem, state, {fit.contacts[0].position, fit.contacts[1].position});
+  const std::array<Vector3d, 2> bearing{fit.contacts[0].position, fit.contacts[1].position};
+  const GoalVector s = fitted.options->detail == FitDetail::kFull ? SigmasOf(fitted.problem, state, bearing)
+                                                                  : GoalVector(GoalVector::Constant(std::nan("")));
   const auto value = [&](GoalValue goal) { return v[static_cast<int>(goal)]; };
   const auto sigma = [&](GoalValue goal) { return s[static_cast<int>(goal)]; };
   const std::array<LensPlane, 2>& lenses = fitted.front.lenses;

@@ -24,7 +24,7 @@ struct FittedFrame {
   std::optional<std::array<PadFit, 2>> pads;
   std::array<TempleFit, 2> temples;
   WornFrame worn;
-  std::optional<Frame> frame;  ///< Empty until pads and temples are bent.
+  std::vector<FrameShell> shells;  ///< All parts as they are worn, frame frame.
   double ideal_gap = 0.0;  ///< mm; the bridge gap with which this form would bear where pupils and lenses should be.
 };
 

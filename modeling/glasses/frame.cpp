@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "modeling/glasses/frame_assembly.h"
+#include "modeling/glasses/hidden_end.h"
 
 namespace annulus {
 namespace {

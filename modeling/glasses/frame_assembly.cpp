@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "modeling/glasses/hidden_end.h"
 #include "modeling/glasses/hinge.h"
 #include "modeling/glasses/rimless_mount.h"
 

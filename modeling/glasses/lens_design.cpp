@@ -146,9 +146,10 @@ Status ShapeLens(const EyeTask& task, LensDesign& design) {
   const Result<TracedPower> plain_worn = TraceAsWorn(*plain, pose);
   RETURN_IF_ERROR(plain_worn);
   CompensatedForm made{*plain, prescribed, 0.0};
-  if (task.options.power_order == PowerOrder::kCompensated) {
-    const Result<CompensatedForm> compensated =
-        CompensatedLensForm(spec, {*wanted, prescribed.prism}, pose, task.rim.outline, rule);
+  if (task.options.power_order != PowerOrder::kAsPrescribed) {
+    const bool prism_too = task.options.power_order == PowerOrder::kCompensated;
+    const WornGoal goal{{*wanted, prescribed.prism}, pose, prism_too ? PrismGoal::kAsWorn : PrismGoal::kAsOrdered};
+    const Result<CompensatedForm> compensated = CompensatedLensForm(spec, goal, task.rim.outline, rule);
     RETURN_IF_ERROR(compensated);
     made = *compensated;
   }
@@ -195,6 +196,9 @@ BlankReport BlankOf(const EyeTask& task, const LensDesign& design) {
 void DescribeLens(const EyeTask& task, LensDesign& design) {
   const LensForm& form = design.form;
   design.front_radius = RadiusOf(form.front.curvature_u);
+  if (std::isfinite(design.front_radius)) {
+    design.front_centre = form.front.lens_from_surface.translation() - design.front_radius * Eigen::Vector3d::UnitZ();
+  }
   design.back_radius_steep = RadiusOf(form.back.curvature_u);
   design.back_radius_flat = RadiusOf(form.back.curvature_v);
   design.edge = EdgeOf(form, task.rim.outline, kEdgePoints);

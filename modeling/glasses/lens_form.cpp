@@ -169,21 +169,25 @@ tl::unexpected<Error> DoesNotReach(const LensForm& form, const LensOutline& outl
               "use a smaller frame, a flatter base curve or a higher index");
 }
 
-/// The traced as-worn numbers of a lens.
-Result<Vector5d> WornNumbers(const LensFormSpec& spec, const Vector5d& order, double thickness, const LensPose& pose) {
+/// What the goal is about, of a lens made to `order`.
+Result<Vector5d> WornNumbers(const LensForm& form, const Vector5d& order, const WornGoal& goal) {
+  const Result<TracedPower> traced = TraceAsWorn(form, goal.pose);
+  RETURN_IF_ERROR(traced);
+  const Eigen::Vector2d ordered = order.tail<2>();
+  return Packed(traced->power, goal.prism == PrismGoal::kAsWorn ? traced->prism : ordered);
+}
+Result<Vector5d> WornNumbers(const LensFormSpec& spec, const Vector5d& order, double thickness, const WornGoal& goal) {
   const Result<LensForm> form = BuildLensForm(spec, Unpacked(order), thickness);
   RETURN_IF_ERROR(form);
-  const Result<TracedPower> traced = TraceAsWorn(*form, pose);
-  RETURN_IF_ERROR(traced);
-  return Packed(traced->power, traced->prism);
+  return WornNumbers(*form, order, goal);
 }
 
 /// One Newton search at a fixed thickness.
-Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, const Vector5d& wanted, double thickness,
-                            const LensPose& pose) {
+Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, double thickness, const WornGoal& goal) {
+  const Vector5d wanted = Packed(goal.wanted.power, goal.wanted.prism);
   Vector5d order = start;
   for (int step = 0; step < kMostNewtonSteps; ++step) {
-    const Result<Vector5d> worn = WornNumbers(spec, order, thickness, pose);
+    const Result<Vector5d> worn = WornNumbers(spec, order, thickness, goal);
     RETURN_IF_ERROR(worn);
     const Vector5d error = *worn - wanted;
     if (error.cwiseAbs().maxCoeff() < kPowerDone) break;
@@ -191,7 +195,7 @@ Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, con
     for (Eigen::Index i = 0; i < 5; ++i) {
       Vector5d moved = order;
       moved[i] += kDifference;
-      const Result<Vector5d> there = WornNumbers(spec, moved, thickness, pose);
+      const Result<Vector5d> there = WornNumbers(spec, moved, thickness, goal);
       RETURN_IF_ERROR(there);
       jacobian.col(i) = (*there - *worn) / kDifference;
     }
@@ -261,18 +265,18 @@ Result<LensForm> ThinnestLensForm(const LensFormSpec& spec, const LensOrder& ord
   return Fail(kAttempt, "no thickness keeps the minima", "use a smaller frame or a weaker lens");
 }
 
-Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const LensOrder& wanted, const LensPose& pose,
-                                            const LensOutline& outline, const ThicknessRule& rule) {
-  const Vector5d target = Packed(wanted.power, wanted.prism);
+Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const WornGoal& goal, const LensOutline& outline,
+                                            const ThicknessRule& rule) {
+  const Vector5d target = Packed(goal.wanted.power, goal.wanted.prism);
   Vector5d order = target;
   for (int round = 0; round < kMostRounds; ++round) {
     const Result<LensForm> form = ThinnestLensForm(spec, Unpacked(order), outline, rule);
     RETURN_IF_ERROR(form);
-    const Result<TracedPower> worn = TraceAsWorn(*form, pose);
+    const Result<Vector5d> worn = WornNumbers(*form, order, goal);
     RETURN_IF_ERROR(worn);
-    const double error = (Packed(worn->power, worn->prism) - target).cwiseAbs().maxCoeff();
+    const double error = (*worn - target).cwiseAbs().maxCoeff();
     if (error < kCompensated) return CompensatedForm{*form, Unpacked(order), error};
-    const Result<Vector5d> solved = SolveOrder(spec, order, target, form->centre_thickness, pose);
+    const Result<Vector5d> solved = SolveOrder(spec, order, form->centre_thickness, goal);
     RETURN_IF_ERROR(solved);
     order = *solved;
   }

@@ -7,6 +7,7 @@
 
 #include "base/units.h"
 #include "modeling/bezier/tube_chain.h"
+#include "modeling/glasses/hidden_end.h"
 
 namespace annulus {
 namespace {

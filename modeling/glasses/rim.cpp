@@ -56,17 +56,6 @@ double DepthParameter(double share) { return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 / 
 /// Place across the section at v, in half widths.
 double PlaceAt(double v) { return -1.0 + 2.0 * v * v * (3.0 - 2.0 * v); }
 
-/// Share of the half depth that the section has at a place across it: 3v(1 - v), 0.75 in the middle.
-double DepthShareAt(double place) {
-  double low = 0.0;
-  double high = 1.0;
-  for (int step = 0; step < 50; ++step) {
-    const double middle = 0.5 * (low + high);
-    (PlaceAt(middle) < place ? low : high) = middle;
-  }
-  return 3.0 * low * (1.0 - low);
-}
-
 void CutGroove(const FrameDesign& d, Rim& rim) {
   if (d.details.rim == RimForm::kRimless) {
     rim.lens_place.fill(0.0);
@@ -195,33 +184,24 @@ std::vector<ShellPatch> FlatEnd(const Skin& skin, std::size_t row) {
           {RuledPatch(pole, b), PatchDetail::kStraight, PatchDetail::kAround}};
 }
 
-std::size_t TubeOf(RimSide side) { return side == RimSide::kNose ? 1 : 3; }
-
-/// What a hidden end may wander off its curve, in half widths.
-constexpr double kWander = 0.3;
-
-/// Place of the HiddenCurve, in half widths.
-double HiddenPlace(const Rim& rim, RimSide side) {
-  if (rim.groove_v <= 0.0) return 0.0;
-  double deepest = -1.0;
-  for (const std::size_t i : Rows(TubeOf(side))) deepest = std::max(deepest, rim.lens_place[i]);
-  return std::max(0.0, deepest + kWander + 0.1);
-}
-
-double CurveParameterAt(const BezierCurve& curve, double z) {
-  const bool rises = curve[3].z() > curve[0].z();
-  double low = 0.0;
-  double high = 1.0;
-  for (int step = 0; step < 60; ++step) {
-    const double middle = 0.5 * (low + high);
-    ((CubicBezierPoint(curve, middle).z() < z) == rises ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 }  // namespace
 
 Vector3d Mitre(const Vector3d& a, const Vector3d& b) { return (a + b) / (1.0 + a.dot(b)); }
+
+double RimDepthShare(double place) {
+  double low = 0.0;
+  double high = 1.0;
+  for (int step = 0; step < 50; ++step) {
+    const double middle = 0.5 * (low + high);
+    (PlaceAt(middle) < place ? low : high) = middle;
+  }
+  return 3.0 * low * (1.0 - low);
+}
+
+BezierCurve RimCurve(const Rim& rim, std::size_t k, double place) {
+  ENSURE(k < 4, "a rim has four tubes");
+  return CurveAt(rim, k, [place](std::size_t) { return place; });
+}
 
 double GrooveLip(double opening_share) { return PlaceAt(DepthParameter(opening_share)); }
 
@@ -298,44 +278,6 @@ PatchShell RimShell(std::string name, const Rim& rim, const std::optional<HalfRi
     shell.patches.push_back({piece.patch.Flipped(), piece.v, piece.u});
   }
   return shell;
-}
-
-double RimParameterAt(const Rim& rim, RimSide side, double z) {
-  return CurveParameterAt(CurveAt(rim, TubeOf(side), [](std::size_t) { return 0.0; }), z);
-}
-
-BezierCurve HiddenCurve(const Rim& rim, RimSide side) {
-  return CurveAt(rim, TubeOf(side), [place = HiddenPlace(rim, side)](std::size_t) { return place; });
-}
-
-TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width) {
-  constexpr double kTaper = 0.9;
-  constexpr double kBend = 0.2;
-  double thinnest = rim.thickness[3 * TubeOf(side)];
-  for (const std::size_t i : Rows(TubeOf(side))) thinnest = std::min(thinnest, rim.thickness[i]);
-  const BezierCurve curve = HiddenCurve(rim, side);
-  const double room = std::min(std::abs(z - curve[0].z()), std::abs(z - curve[3].z()));
-  double height = std::min(width, 1.9 * room);
-  const double half_thickness = 0.375 * 2.0 * rim.half_depth.norm();
-  const Vector3d normal = rim.half_depth.normalized();
-  Vector3d top;
-  Vector3d bottom;
-  double out_of_plane = 0.0;  // how far the rim bends away along its normal, in half thicknesses
-  for (int round = 0; round < 12; ++round) {
-    top = CubicBezierPoint(curve, CurveParameterAt(curve, z + 0.5 * height));
-    bottom = CubicBezierPoint(curve, CurveParameterAt(curve, z - 0.5 * height));
-    const Vector3d on_curve = CubicBezierPoint(curve, CurveParameterAt(curve, 0.5 * (top.z() + bottom.z())));
-    const Vector3d sag = on_curve - 0.5 * (top + bottom);
-    out_of_plane = std::abs(sag.dot(normal)) / half_thickness;
-    const double in_plane = (sag - sag.dot(normal) * normal).norm() / (0.5 * thinnest);
-    const double excess = std::max(in_plane / kWander, out_of_plane / kBend);
-    if (excess <= 1.0) break;
-    height *= 0.95 / std::sqrt(excess);
-  }
-  const double place = HiddenPlace(rim, side);
-  const double share = place > 0.0 ? DepthShareAt(std::min(place + kWander, 0.95)) / 0.75 : 1.0;
-  const double taper = kTaper - 1.25 * out_of_plane;
-  return {0.5 * (top + bottom), 0.5 * (top - bottom), taper * share * rim.half_depth};
 }
 
 }  // namespace annulus

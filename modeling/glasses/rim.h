@@ -55,17 +55,10 @@ struct HalfRimSpan {
 /// The right rim's solid, grooved if it has a groove; with a span its ends are flat.
 [[nodiscard]] PatchShell RimShell(std::string name, const Rim& rim, const std::optional<HalfRimSpan>& span);
 
-/// u on a side's tube where the centre line is at height z; the nearer end where it does not get there.
-[[nodiscard]] double RimParameterAt(const Rim& rim, RimSide side, double z);
-
-/// The curve along a side's tube on which hidden ends lie: between the groove's bottom and the outer seam; without a
-/// groove the centre line.
-[[nodiscard]] BezierCurve HiddenCurve(const Rim& rim, RimSide side);
-
-/// The section about height z, at most `width` high, in which something ends inside the rim's solid (§3.5): its seams
-/// lie on the HiddenCurve, its depth is 0.9 of the rim's there. It is lower than `width` where the side is too curved
-/// or too short to hide it.
-[[nodiscard]] TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width);
+/// The curve along tube k (0 … 3) at a constant place across the sections.
+[[nodiscard]] BezierCurve RimCurve(const Rim& rim, std::size_t k, double place);
+/// The section's depth at a place, as a share of the control polygon's: 0.75 in the middle, 0 at the seams.
+[[nodiscard]] double RimDepthShare(double place);
 
 /// Place of a groove's lips across a section, in half widths, when it opens by this share of s (0 … 0.75).
 [[nodiscard]] double GrooveLip(double opening_share);

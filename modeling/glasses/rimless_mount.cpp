@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "modeling/bezier/shell_solids.h"
+#include "modeling/glasses/hidden_end.h"
 
 namespace annulus {
 namespace {

@@ -64,6 +64,32 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
   return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), LandmarkSource::kProportion};
 }
 
+/// The point of the nose's ridge at a point's height: halfway between the flanks 2 mm behind the most forward place.
+FacePoint OnTheRidge(const SplineSurface& head, const MidPlane& plane, const FacePoint& near) {
+  constexpr double kBehind = 2.0;
+  constexpr double kReach = RadiansFromDegrees(7.0);
+  constexpr double kStep = RadiansFromDegrees(0.05);
+  if (near.source == LandmarkSource::kProportion) return near;
+  const double z = near.position.z();
+  const Vector3d forward = plane.forward();
+  const double middle = std::atan2(near.position.y(), near.position.x());
+  const auto ahead = [&](double theta) { return forward.dot(head.Point(theta, z)); };
+  double crest = middle;
+  for (double turn = -0.5 * kReach; turn <= 0.5 * kReach; turn += kStep) {
+    if (ahead(middle + turn) > ahead(crest)) crest = middle + turn;
+  }
+  const double flank = ahead(crest) - kBehind;
+  const auto reach = [&](double sign) {
+    double turn = 0.0;
+    while (turn < kReach && ahead(crest + sign * turn) > flank) turn += kStep;
+    return turn;
+  };
+  const double right = reach(-1.0);
+  const double left = reach(1.0);
+  if (right >= kReach || left >= kReach) return near;  // no ridge: as flat as a forehead
+  return {head.Point(crest + 0.5 * (left - right), z), near.source};
+}
+
 /// Where, in front, the surface at height z is `lateral` mm from the mid-plane: theta by bisection, as the lateral
 /// falls with theta there.
 Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, double lateral, double z) {
@@ -76,10 +102,10 @@ Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, doub
   return head.Point(0.5 * (low + high), z);
 }
 
-/// The eye's centre from the hollow of its socket: how far the surface lies behind a vertical chord of 40 mm. The
-/// hollow is deepest at the nose, so its place beside the root is the centre of its extent (weights cut off) and z
-/// that of its depth.
-FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
+/// The eye's centre where no ball shows, from the hollow of its socket: how far the surface lies behind a vertical
+/// chord of 40 mm. The hollow is deepest at the nose, so its place beside the root is the centre of its extent (weights
+/// cut off) and z that of its depth.
+FacePoint EyeInItsSocket(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
   const Vector3d& sellion = found.face.sellion.position;
   const MidPlane& plane = found.plane;
   const double root = plane.Lateral(sellion);
@@ -108,6 +134,14 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAnd
   const double z = shows ? height.value() : sellion.z() - kUsualBelow;
   return {SurfaceAtLateral(head, plane, root + sign * lateral, z),
           shows ? LandmarkSource::kDetected : LandmarkSource::kProportion};
+}
+
+/// Straight before the eyeball's centre, as the pupil of an eye that looks at the horizon.
+FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
+  const std::optional<Eyeball>& ball = side == BodySide::kRight ? found.eyeballs.right : found.eyeballs.left;
+  if (!ball) return EyeInItsSocket(head, grid, found, side);
+  return {SurfaceAtLateral(head, found.plane, found.plane.Lateral(ball->centre), ball->centre.z()),
+          LandmarkSource::kDetected};
 }
 
 /// The top of the ear, where the temple lies between ear and head; by proportion if there is no ear.
@@ -161,9 +195,10 @@ Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& g
   FaceAndEars found;
   FacePoints& face = found.face;
   face.pronasale = RefinePronasale(head, grid, *nose);
-  face.sellion = FindSellion(head, face.pronasale.position);
   found.plane = FindMidPlane(grid, face.pronasale.position);
+  face.sellion = OnTheRidge(head, found.plane, FindSellion(head, face.pronasale.position));
   const Vector3d& sellion = face.sellion.position;
+  found.eyeballs = FindEyeballs(head, grid, found.plane, sellion);
   face.eye_right = FindEye(head, grid, found, BodySide::kRight);
   face.eye_left = FindEye(head, grid, found, BodySide::kLeft);
   found.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "fitting/spline_surface.h"
 #include "modeling/landmarks/ear_outline.h"
+#include "modeling/landmarks/eyeball.h"
 #include "modeling/landmarks/head_grid.h"
 #include "modeling/landmarks/landmark.h"
 #include "modeling/landmarks/mid_plane.h"
@@ -23,7 +24,7 @@ struct FacePoint {
 /// The five data of paper 000, §5, fig. 20, and two more, in the station frame (front +y, +x the subject's right, z
 /// up), mm.
 struct FacePoints {
-  FacePoint eye_right;  ///< (1) Centre of the right eye, on the surface.
+  FacePoint eye_right;  ///< (1) Centre of the right eye: the surface straight before the eyeball's centre.
   FacePoint eye_left;   ///< (2)
   FacePoint ear_right;  ///< (3) Top of the right ear where the temple rests (otobasion superius).
   FacePoint ear_left;   ///< (4)
@@ -50,6 +51,7 @@ struct FaceAndEars {
   MidPlane plane;
   std::optional<EarOutline> ear_right{};
   std::optional<EarOutline> ear_left{};
+  Eyeballs eyeballs{};  ///< Empty where no balls show in the sockets.
 };
 /// FindFacePoints on the upper kHeadDepth mm of the head already sampled.
 [[nodiscard]] Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& grid);

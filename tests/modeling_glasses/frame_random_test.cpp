@@ -12,6 +12,7 @@
 #include "base/units.h"
 #include "modeling/bezier/tube_chain.h"
 #include "random_designs.h"
+#include "winding.h"
 
 namespace annulus {
 namespace {
@@ -23,20 +24,6 @@ using Eigen::Vector3d;
 int Draws(int in_short) {
   const char* wanted = std::getenv("ANNULUS_LONG");
   return wanted != nullptr && *wanted == '1' ? 10000 : in_short;
-}
-
-/// Sum of the solid angles of a mesh's triangles over 4π (Van Oosterom and Strackee 1983): 1 inside, 0 outside.
-double WindingNumber(const TriangleMesh& mesh, const Vector3d& p) {
-  double sum = 0.0;
-  for (const auto& face : mesh.faces) {
-    const Vector3d a = mesh.vertices[face[0]] - p;
-    const Vector3d b = mesh.vertices[face[1]] - p;
-    const Vector3d c = mesh.vertices[face[2]] - p;
-    const double denominator =
-        a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm();
-    sum += 2.0 * std::atan2(a.dot(b.cross(c)), denominator);
-  }
-  return sum / (4.0 * kPi);
 }
 
 double Side(const Vector2d& a, const Vector2d& b, const Vector2d& p) {

@@ -14,6 +14,7 @@
 
 #include "base/units.h"
 #include "modeling/mesh/mesh_io.h"
+#include "winding.h"
 
 namespace annulus {
 namespace {
@@ -35,20 +36,6 @@ FrameAdjustment Ears(const Vector3d& right, const Vector3d& left) {
 }
 
 Frame BuildStyle(const char* name) { return Build(FindFrameStyle(name).value()); }
-
-/// Sum of the solid angles of a mesh's triangles over 4π (Van Oosterom and Strackee 1983): 1 inside, 0 outside.
-double WindingNumber(const TriangleMesh& mesh, const Vector3d& p) {
-  double sum = 0.0;
-  for (const auto& face : mesh.faces) {
-    const Vector3d a = mesh.vertices[face[0]] - p;
-    const Vector3d b = mesh.vertices[face[1]] - p;
-    const Vector3d c = mesh.vertices[face[2]] - p;
-    const double denominator =
-        a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm();
-    sum += 2.0 * std::atan2(a.dot(b.cross(c)), denominator);
-  }
-  return sum / (4.0 * kPi);
-}
 
 double Uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;

@@ -66,7 +66,9 @@ inline FrameAdjustment WildAdjustment(std::mt19937_64& random, const FrameDesign
   FrameAdjustment adjustment = StandardAdjustment(design);
   for (TempleShape* temple : {&adjustment.temple_right, &adjustment.temple_left}) {
     const double side = temple->ear.x() > 0.0 ? 1.0 : -1.0;
-    temple->ear += Eigen::Vector3d(side * Uniform(random, -15, 10), Uniform(random, -20, 20), Uniform(random, -20, 15));
+    const double l1 = design.parameters.width;
+    temple->ear +=
+        l1 * Eigen::Vector3d(side * Uniform(random, -0.3, 0.2), Uniform(random, -0.4, 0.4), Uniform(random, -0.4, 0.3));
     temple->bow = Uniform(random, -0.2, 0.2);
     temple->tip_in = Uniform(random, -0.2, 0.5);
   }
