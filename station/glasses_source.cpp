@@ -51,8 +51,8 @@ Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path) {
   return GlassesSource{design, worn, *frame};
 }
 
-std::vector<WornGoal> GoalsOf(const GlassesSource& source) {
-  std::vector<WornGoal> goals;
+std::vector<SavedGoal> GoalsOf(const GlassesSource& source) {
+  std::vector<SavedGoal> goals;
   if (!source.worn) return goals;
   const auto fit = nlohmann::json::parse(source.worn->Section("fit"), nullptr, false);
   if (!fit.is_object() || !fit.contains("goals") || !fit["goals"].is_array()) return goals;
@@ -81,7 +81,7 @@ WornPosition PositionOf(const GlassesSource& source, Eye eye) {
   position.face_form_angle = source.design.design.details.face_form;
   if (source.worn) position.pantoscopic_tilt = source.worn->worn.tilt;
   const std::string side = eye == Eye::kRight ? "_right" : "_left";
-  for (const WornGoal& goal : GoalsOf(source)) {
+  for (const SavedGoal& goal : GoalsOf(source)) {
     const auto is = [&](const std::string& name) { return goal.id == name || goal.id == name + side; };
     if (is("vertex_distance")) position.vertex_distance = goal.value;
     if (is("pantoscopic_tilt")) position.pantoscopic_tilt = RadiansFromDegrees(goal.value);

@@ -24,7 +24,7 @@ struct GlassesSource {
 [[nodiscard]] Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path);
 
 /// A goal of the fitter as WORN.json keeps it in "fit".
-struct WornGoal {
+struct SavedGoal {
   std::string id;    ///< "vertex_distance_right"
   std::string term;  ///< The field's English term.
   std::string unit;  ///< "mm", "deg", "%"
@@ -35,7 +35,7 @@ struct WornGoal {
   bool met = false;
 };
 /// All of them; empty for a design, and for a worn frame that was not fitted.
-[[nodiscard]] std::vector<WornGoal> GoalsOf(const GlassesSource& source);
+[[nodiscard]] std::vector<SavedGoal> GoalsOf(const GlassesSource& source);
 
 /// How the lens of an eye sits: from the goals, else the tilt, the face form, and 13 mm.
 [[nodiscard]] WornPosition PositionOf(const GlassesSource& source, Eye eye);

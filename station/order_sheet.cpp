@@ -297,11 +297,11 @@ void OrderPages::Position() {
 }
 
 void OrderPages::Goals() {
-  const std::vector<WornGoal> goals = GoalsOf(source_);
+  const std::vector<SavedGoal> goals = GoalsOf(source_);
   if (goals.empty()) return;
   Section("Fit", "95 % interval; a filled mark: within the usual range");
   std::vector<Row> rows;
-  for (const WornGoal& goal : goals) {
+  for (const SavedGoal& goal : goals) {
     const std::string unit = goal.unit == "deg" ? "°" : " " + goal.unit;
     rows.push_back({goal.term, fmt::format("{:.1f}{}", goal.value, unit),
                     goal.sigma ? fmt::format("± {:.1f}", 1.96 * *goal.sigma) : "–",
