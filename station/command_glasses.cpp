@@ -80,26 +80,6 @@ Status RunFitGlasses(const FitGlassesOptions& options, CommandIo& io) {
   return options.json.empty() ? io.Print(WornText(*worn)) : io.WriteJson(options.json, WornReport(*worn));
 }
 
-struct ExportGlassesOptions {
-  std::string worn;
-  std::string out;
-};
-
-Status RunExportGlasses(const ExportGlassesOptions& options, CommandIo& io) {
-  for (const char* later : {".step", ".dcs", ".json", ".pdf"}) {
-    if (options.out.ends_with(later)) return NotYet(io, "export glasses to " + options.out);
-  }
-  if (!options.out.ends_with(".stl")) {
-    return Fail("export glasses to " + options.out, "the format is not known from this name",
-                "give a name that ends in .stl");
-  }
-  const auto worn = ReadWornFile(io.storage(), options.worn);
-  if (!worn) return Fail(worn);
-  const auto stl = FrameStl(*worn);
-  if (!stl) return Fail(stl);
-  return io.WriteText(options.out, *stl);
-}
-
 void AddFitGlasses(CLI::App& parent, CommandWork& chosen) {
   auto options = std::make_shared<FitGlassesOptions>();
   CLI::App* command = parent.add_subcommand("fit", "put a frame on the head of a model");
@@ -112,16 +92,6 @@ void AddFitGlasses(CLI::App& parent, CommandWork& chosen) {
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFitGlasses(*options, io); }; });
 }
 
-void AddExportGlasses(CLI::App& parent, CommandWork& chosen) {
-  auto options = std::make_shared<ExportGlassesOptions>();
-  CLI::App* command = parent.add_subcommand("export", "the frame for making it; without the lenses");
-  command->add_option("worn", options->worn, "worn frame")->required();
-  command->add_option("--out", options->out, "file to write: F.stl")->required()->type_name("F");
-  command->footer("Example: annulus glasses export worn.json --out frame.stl");
-  command->callback(
-      [&chosen, options] { chosen = [options](CommandIo& io) { return RunExportGlasses(*options, io); }; });
-}
-
 }  // namespace
 
 void AddGlassesCommand(CLI::App& app, CommandWork& chosen) {
@@ -130,7 +100,7 @@ void AddGlassesCommand(CLI::App& app, CommandWork& chosen) {
   command->footer("Example: annulus glasses design --style boston --out frame.json");
   AddGlassesDesign(*command, chosen);
   AddFitGlasses(*command, chosen);
-  AddExportGlasses(*command, chosen);
+  AddGlassesExport(*command, chosen);
   AddLaterCommand(*command, "rank", "which styles suit a face", chosen);
 }
 

@@ -7,4 +7,7 @@ namespace annulus {
 /// Adds `glasses design`.
 void AddGlassesDesign(CLI::App& parent, CommandWork& chosen);
 
+/// Adds `glasses export`.
+void AddGlassesExport(CLI::App& parent, CommandWork& chosen);
+
 }  // namespace annulus

@@ -7,9 +7,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "modeling/glasses/boxing.h"
 #include "modeling/glasses/design_request.h"
 #include "modeling/glasses/frame_fields.h"
+#include "render/scene.h"
 #include "station/command_glasses.h"
+#include "station/design_picture.h"
 #include "station/files.h"
 
 namespace annulus {
@@ -24,6 +27,8 @@ struct DesignOptions {
   bool list = false;
   std::string out;
   std::string json;
+  std::string picture;
+  int picture_width = 720;
 };
 
 Json FieldToJson(const FrameField& field, const FrameDesign& design) {
@@ -32,8 +37,12 @@ Json FieldToJson(const FrameField& field, const FrameDesign& design) {
   return number ? Json(*number) : Json();
 }
 
+DesignMaterial MaterialOf(const ComposedDesign& composed) {
+  return composed.file.material.value_or(DesignMaterial::kAcetate);
+}
+
 /// Every field in its unit; details that the paper decides are null.
-Json DesignReport(const ComposedDesign& composed) {
+Json DesignReport(const ComposedDesign& composed, const Frame& frame) {
   const FrameDesign& design = composed.file.design;
   Json fields = Json::object();
   Json words = Json::object();
@@ -41,8 +50,18 @@ Json DesignReport(const ComposedDesign& composed) {
     fields[std::string(field.key)] = FieldToJson(field, design);
     if (!field.words.empty()) words[std::string(field.option)] = NearestWord(field, design);
   }
+  const FrameBoxing boxing = BoxingOf(frame);
+  const double temple = frame.arm_right.overall_length;
   return {{"style", design.style},
-          {"material", DesignMaterialWord(composed.file.material.value_or(DesignMaterial::kAcetate))},
+          {"material", DesignMaterialWord(MaterialOf(composed))},
+          {"size", SizeText(boxing, temple)},
+          {"boxing",
+           {{"a_mm", boxing.a},
+            {"b_mm", boxing.b},
+            {"ed_mm", boxing.ed},
+            {"dbl_mm", boxing.dbl},
+            {"circumference_mm", boxing.circumference},
+            {"temple_mm", temple}}},
           {"fields", fields},
           {"words", words},
           {"adjusted", composed.messages}};
@@ -58,7 +77,7 @@ std::string LibraryTable(const FrameLibrary& library) {
   std::string text = fmt::format("{:<20} {:<8} {:<34} {}\n", "style", "material", "sizes", "description");
   for (const LibraryStyle& style : library.styles) {
     std::string sizes;
-    for (const FrameSize& size : style.sizes) {
+    for (const SoldSize& size : style.sizes) {
       sizes += fmt::format("{}{:.0f}□{:.0f}-{:.0f}", sizes.empty() ? "" : " ", size.a, size.dbl, size.temple);
     }
     // By hand: the square counts as one column, not as its three bytes.
@@ -88,8 +107,9 @@ Status RunDesign(const DesignOptions& options, CommandIo& io) {
   RETURN_IF_ERROR(library);
   if (options.list) return List(*library, options, io);
   io.set_failure_code(2);  // What was typed is wrong.
-  if (options.out.empty() && options.json.empty()) {
-    return Fail("design a frame", "nothing was asked for", "give --out FRAME.json, --json FILE or --list");
+  if (options.out.empty() && options.json.empty() && options.picture.empty()) {
+    return Fail("design a frame", "nothing was asked for",
+                "give --out FRAME.json, --json FILE, --picture F.png or --list");
   }
   DesignRequest request = options.request;
   for (const auto& [option, text] : options.fields) {
@@ -99,8 +119,18 @@ Status RunDesign(const DesignOptions& options, CommandIo& io) {
   RETURN_IF_ERROR(composed);
   io.set_failure_code(1);
   for (const std::string& message : composed->messages) PrintNote("adjusted: " + message);
-  if (!options.out.empty()) RETURN_IF_ERROR(io.WriteText(options.out, FrameToJson(composed->file)));
-  return options.json.empty() ? Status{} : io.WriteJson(options.json, DesignReport(*composed));
+  const FrameFile& file = composed->file;
+  const Result<Frame> frame = BuildFrame(file.design, file.adjustment.value_or(StandardAdjustment(file.design)));
+  RETURN_IF_ERROR(frame);
+  if (!options.out.empty()) RETURN_IF_ERROR(io.WriteText(options.out, FrameToJson(file)));
+  if (!options.picture.empty()) {
+    TaskContext task;
+    task.stop = io.stop();
+    const auto image = DrawDesign(*frame, MaterialOf(*composed), options.picture_width, task);
+    RETURN_IF_ERROR(image);
+    RETURN_IF_ERROR(WritePngFile(io.storage(), options.picture, *image));
+  }
+  return options.json.empty() ? Status{} : io.WriteJson(options.json, DesignReport(*composed, *frame));
 }
 
 }  // namespace
@@ -112,6 +142,8 @@ void AddGlassesDesign(CLI::App& parent, CommandWork& chosen) {
   command->add_option("--style", options->request.style, "starting point; --list shows them")
       ->type_name("S")
       ->capture_default_str();
+  command->add_option("--size", options->request.size, "a size of the style, or A-DBL-TEMPLE such as 50-18-145")
+      ->type_name("NAME|MM-MM-MM");
   command->add_option("--library", options->library, "file of your own styles, beside the built-in ones")
       ->type_name("F.json");
   command->add_flag("--list", options->list, "print the library of styles");
@@ -123,8 +155,12 @@ void AddGlassesDesign(CLI::App& parent, CommandWork& chosen) {
         ->type_name(FieldSyntax(field));
   }
   command->add_option("--out", options->out, "frame to write")->type_name("FRAME.json");
+  command->add_option("--picture", options->picture, "picture of the frame from the front")->type_name("F.png");
+  command->add_option("--picture-width", options->picture_width, "its pixels")
+      ->check(CLI::Range(16, kMaxImageSize))
+      ->capture_default_str();
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus glasses design --style round --height 42 --bridge keyhole --out frame.json");
+  command->footer("Example: annulus glasses design --style round --size 46-22-145 --bridge keyhole --out frame.json");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunDesign(*options, io); }; });
 }
 

@@ -111,9 +111,10 @@ struct SheetCanvas::State {
   }
 };
 
-SheetCanvas::SheetCanvas(const std::string& title) : state_(std::make_unique<State>()) {
-  state_->surface.reset(
-      cairo_pdf_surface_create_for_stream(Collect, &state_->bytes, kWidth * kPoint, kHeight * kPoint));
+SheetCanvas::SheetCanvas(const std::string& title, PageTurn turn) : state_(std::make_unique<State>()) {
+  const double width = turn == PageTurn::kUpright ? kWidth : kHeight;
+  const double height = turn == PageTurn::kUpright ? kHeight : kWidth;
+  state_->surface.reset(cairo_pdf_surface_create_for_stream(Collect, &state_->bytes, width * kPoint, height * kPoint));
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATOR, "annulus");
   cairo_pdf_surface_set_metadata(state_->surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, "2000-01-01T00:00:00Z");

@@ -33,15 +33,18 @@ struct SheetText {
   enum class Align { kLeft, kCentre, kRight } align = Align::kLeft;
 };
 
-/// Pages of A4 upright that are drawn on and become a PDF. Places are mm from the upper left corner, y downwards. The
+/// How an A4 page lies.
+enum class PageTurn { kUpright, kLandscape };
+
+/// Pages of A4 that are drawn on and become a PDF. Places are mm from the upper left corner, y downwards. The
 /// same calls give the same bytes: the PDF carries the simulated clock's start as its date. Thread-bound.
 class SheetCanvas {
  public:
-  static constexpr double kWidth = 210.0;   ///< mm
+  static constexpr double kWidth = 210.0;   ///< Of an upright page, mm; the height of one in landscape.
   static constexpr double kHeight = 297.0;  ///< mm
 
   /// Begins with one empty page; `title` is the document's.
-  explicit SheetCanvas(const std::string& title);
+  explicit SheetCanvas(const std::string& title, PageTurn turn = PageTurn::kUpright);
   ~SheetCanvas();
   SheetCanvas(const SheetCanvas&) = delete;
   SheetCanvas& operator=(const SheetCanvas&) = delete;

@@ -112,9 +112,9 @@ std::string SizeText(const FrameBoxing& boxing, std::optional<double> temple) {
   return temple ? fmt::format("{}-{:.0f}", lenses, std::round(*temple)) : lenses;
 }
 
-Result<FrameSize> ParseSize(std::string_view text) {
+Result<SoldSize> ParseSize(std::string_view text) {
   std::string_view rest = text;
-  FrameSize size;
+  SoldSize size;
   size.name = text;
   const auto a = TakeNumber(rest);
   const bool square = a && TakeMark(rest, {"□", "-", "x", "/"});

@@ -29,7 +29,7 @@ struct FrameBoxing {
 /// "52□18-140": A, DBL and temple length rounded to whole mm, as frames are marked; "52□18" without a temple length.
 [[nodiscard]] std::string SizeText(const FrameBoxing& boxing, std::optional<double> temple);
 /// Reads "52□18-140", "52-18-140" or "52x18-140", mm, decimals allowed. Fails on anything else.
-[[nodiscard]] Result<FrameSize> ParseSize(std::string_view text);
+[[nodiscard]] Result<SoldSize> ParseSize(std::string_view text);
 
 /// A wanted box, mm. An absent value is left as the design has it: b as its proportion to a, dbl as its bridge gap.
 struct WantedBox {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "modeling/glasses/boxing.h"
+#include "modeling/glasses/frame_adjust.h"
 #include "modeling/glasses/frame_fields.h"
 
 namespace annulus {
@@ -28,13 +29,28 @@ Status CheckNames(const DesignRequest& request) {
   return {};
 }
 
+/// A groove needs a width and a hinge an end piece: usual ones where neither the style nor the request says any.
+void AddCompanions(const DesignRequest& request, FrameDesign& design) {
+  constexpr double kGrooveOpening = 2.0;  // width : depth
+  constexpr double kEndPiece = 5.0;       // mm
+  FrameDetails& details = design.details;
+  if (details.groove_depth > 0.0 && details.groove_width == 0.0 && !Asked(request, *FindFrameField("groove-width"))) {
+    details.groove_width = kGrooveOpening * details.groove_depth;
+  }
+  const bool hinged = details.hinge != HingeForm::kNone;
+  if (hinged && details.end_piece == 0.0 && !Asked(request, *FindFrameField("end-piece"))) {
+    details.end_piece = kEndPiece;
+  }
+  if (!hinged && !Asked(request, *FindFrameField("end-piece"))) details.end_piece = 0.0;
+}
+
 /// A size by its name, or in numbers.
-Result<FrameSize> FindSize(const LibraryStyle& style, const std::string& text) {
-  if (const FrameSize* named = style.Size(text)) return *named;
-  const Result<FrameSize> numbers = ParseSize(text);
+Result<SoldSize> FindSize(const LibraryStyle& style, const std::string& text) {
+  if (const SoldSize* named = style.Size(text)) return *named;
+  const Result<SoldSize> numbers = ParseSize(text);
   if (numbers || style.sizes.empty()) return numbers;
   std::string names;
-  for (const FrameSize& size : style.sizes) names += size.name + ", ";
+  for (const SoldSize& size : style.sizes) names += size.name + ", ";
   Error error = numbers.error();
   error.advice = fmt::format("choose {}or {}", names, error.advice);
   return tl::unexpected(error);
@@ -46,7 +62,7 @@ Status ApplySize(const LibraryStyle& style, const DesignRequest& request, Compos
     if (!Asked(request, *FindFrameField(option))) continue;
     return Fail("size the frame", fmt::format("size and {} are both given", option), "give one of them");
   }
-  const Result<FrameSize> size = FindSize(style, request.size);
+  const Result<SoldSize> size = FindSize(style, request.size);
   RETURN_IF_ERROR(size);
   WantedBox wanted{size->a, size->b, size->dbl};
   if (Asked(request, *FindFrameField("height"))) {
@@ -77,9 +93,12 @@ Result<ComposedDesign> ComposeDesign(const FrameLibrary& library, const DesignRe
     design = WithField(*design, field.option, *text);
     RETURN_IF_ERROR(design);
   }
-  RETURN_IF_ERROR(Validate(*design));
+  AddCompanions(request, *design);
+  const Result<AdjustedDesign> adjusted = AdjustDesign(*design);
+  RETURN_IF_ERROR(adjusted);
   ComposedDesign composed;
-  composed.file = {*design, (*style)->material, {}};
+  composed.file = {adjusted->design, (*style)->material, {}};
+  composed.messages = adjusted->messages;
   if (!request.size.empty()) RETURN_IF_ERROR(ApplySize(**style, request, composed));
   return composed;
 }

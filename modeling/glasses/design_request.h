@@ -23,12 +23,13 @@ struct DesignRequest {
 /// What came of it.
 struct ComposedDesign {
   FrameFile file;
-  std::optional<FrameSize> size;      ///< The size that was asked for.
+  std::optional<SoldSize> size;       ///< The size that was asked for.
   std::vector<std::string> messages;  ///< What was adjusted, one sentence each; empty if nothing was.
 };
 
-/// The design that was asked for, adjusted where it could not be built. Fails on a word, number or name that cannot be
-/// understood, and on a size that the shape cannot have.
+/// The design that was asked for, completed with a usual groove width or end piece where a groove or hinge needs one,
+/// and adjusted where it could not be built. Fails on a word, number or name that cannot be understood, and on a size
+/// that the shape cannot have.
 [[nodiscard]] Result<ComposedDesign> ComposeDesign(const FrameLibrary& library, const DesignRequest& request);
 
 }  // namespace annulus

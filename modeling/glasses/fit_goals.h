@@ -29,7 +29,7 @@ struct FitGoals {
 };
 
 /// Whether the frame is taken as it is or made for the wearer.
-enum class FrameSize {
+enum class FitSize {
   kKept,           ///< Only the pose, pads and temples are found.
   kMadeToMeasure,  ///< Rim width, bridge gap and face-form angle too.
 };

@@ -11,10 +11,11 @@ using Eigen::Vector3d;
 
 constexpr PointDensity kMapDensity{8, 6};
 constexpr double kExactWithin = 30.0;  // mm
-constexpr double kNear = 0.5;          // mm; a part as near as this is looked at more finely
-constexpr double kRestLength = 30.0;   // mm before the ear point that rest on ear and head
-constexpr double kFriction = 0.3;      // of pads on skin
-constexpr double kGravity = 9.81e-3;   // N per gram
+constexpr double kExactWithinRanking = 3.0;
+constexpr double kNear = 0.5;         // mm; a part as near as this is looked at more finely
+constexpr double kRestLength = 30.0;  // mm before the ear point that rest on ear and head
+constexpr double kFriction = 0.3;     // of pads on skin
+constexpr double kGravity = 9.81e-3;  // N per gram
 
 std::size_t SideOf(const Vector3d& p_in_frame) { return p_in_frame.x() > 0.0 ? 0 : 1; }
 
@@ -30,6 +31,7 @@ void AddLensPoints(const FittedFrame& fitted, const WornPose& pose, SkinReport& 
         const double distance = pose.Nearest(p).distance;
         report.map.push_back({side == 0 ? "lens_right" : "lens_left", pose.station_from_frame * p, distance});
         report.rims = std::min(report.rims, distance);
+        if (-distance > report.penetration) report.deepest = report.map.empty() ? "lens" : report.map.back().part;
         report.penetration = std::max(report.penetration, -distance);
         report.front_penetration = std::max(report.front_penetration, -distance);
       }
@@ -60,18 +62,21 @@ WornPose WornPoseOf(const FittedFrame& fitted) {
 }
 
 SkinReport MeasureSkin(const FittedFrame& fitted) {
-  const FrameSkin skin(ShellsOf(*fitted.frame));
+  const bool is_full = fitted.options->detail == FitDetail::kFull;
+  const FrameSkin skin(fitted.shells);
   const WornPose pose = WornPoseOf(fitted);
-  const std::vector<SkinPlace> places = skin.Measure(pose, kMapDensity, kExactWithin);
+  const std::vector<SkinPlace> places = skin.Measure(pose, kMapDensity, is_full ? kExactWithin : kExactWithinRanking);
   const auto role = [&](const SkinPlace& place) { return skin.parts()[place.part].role; };
   SkinReport report;
-  for (const SkinPlace& place : places) {
+  for (std::size_t k = 0; is_full && k < places.size(); ++k) {
+    const SkinPlace& place = places[k];
     report.map.push_back({skin.parts()[place.part].name, pose.station_from_frame * place.position, place.distance});
   }
   for (std::size_t part = 0; part < skin.parts().size(); ++part) {
     const SkinPlace least = skin.Least(pose, kMapDensity, places, [&](const SkinPlace& place) {
       return place.part == part && place.distance < kNear;
     });
+    if (-least.distance > report.penetration) report.deepest = skin.parts()[part].name;
     report.penetration = std::max(report.penetration, -least.distance);
     const FrameRole part_role = skin.parts()[part].role;
     const bool is_bent =
@@ -106,13 +111,11 @@ void AddBalance(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& f
   const WornPose pose = WornPoseOf(fitted);
   WeightBalance& balance = fit.balance;
   Vector3d moment = Vector3d::Zero();
-  for (const FrameBody& body : FrameBodies(*fitted.frame)) {
-    for (const PatchShell& shell : body.shells) {
-      const ShellMoments moments = MomentsOf(shell);
-      const double grams_per_mm3 = 1e-3 * fitted.options->frame_density;
-      balance.frame_g += grams_per_mm3 * moments.volume;
-      moment += grams_per_mm3 * moments.first;
-    }
+  for (const FrameShell& shell : fitted.shells) {
+    const ShellMoments moments = MomentsOf(shell.shell);
+    const double grams_per_mm3 = 1e-3 * fitted.options->frame_density;
+    balance.frame_g += grams_per_mm3 * moments.volume;
+    moment += grams_per_mm3 * moments.first;
   }
   for (std::size_t side = 0; side < 2; ++side) {
     balance.lenses_g += fitted.options->lens_mass_g[side];

@@ -22,19 +22,19 @@ constexpr const char* kAdvice = "correct the file; 'annulus glasses design --lis
 /// What sizes of spectacles are possible, mm.
 struct SizeNumber {
   const char* key;
-  double FrameSize::*member;
+  double SoldSize::*member;
   double low;
   double high;
 };
-constexpr std::array<SizeNumber, 3> kSizeNumbers{{{"a_mm", &FrameSize::a, 20.0, 90.0},
-                                                  {"dbl_mm", &FrameSize::dbl, 8.0, 40.0},
-                                                  {"temple_mm", &FrameSize::temple, 80.0, 180.0}}};
+constexpr std::array<SizeNumber, 3> kSizeNumbers{{{"a_mm", &SoldSize::a, 20.0, 90.0},
+                                                  {"dbl_mm", &SoldSize::dbl, 8.0, 40.0},
+                                                  {"temple_mm", &SoldSize::temple, 80.0, 180.0}}};
 constexpr double kLowestLens = 12.0;
 
-Result<FrameSize> ReadSize(const JsonReader& reader, const Json& object) {
+Result<SoldSize> ReadSize(const JsonReader& reader, const Json& object) {
   if (!object.is_object()) return reader.Refuse(reader.Named("") + " is no object");
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"name", "a_mm", "b_mm", "dbl_mm", "temple_mm"}));
-  FrameSize size;
+  SoldSize size;
   const Result<std::string> name = reader.Text(object, "name");
   RETURN_IF_ERROR(name);
   size.name = *name;
@@ -52,16 +52,16 @@ Result<FrameSize> ReadSize(const JsonReader& reader, const Json& object) {
   return size;
 }
 
-Result<std::vector<FrameSize>> ReadSizes(const JsonReader& reader, const Json& object) {
-  std::vector<FrameSize> sizes;
+Result<std::vector<SoldSize>> ReadSizes(const JsonReader& reader, const Json& object) {
+  std::vector<SoldSize> sizes;
   if (!object.contains("sizes")) return sizes;
   const Result<const Json*> array = reader.Array(object, "sizes");
   RETURN_IF_ERROR(array);
   for (std::size_t k = 0; k < (*array)->size(); ++k) {
     const JsonReader inside = reader.Within(fmt::format("sizes[{}]", k));
-    Result<FrameSize> size = ReadSize(inside, (**array)[k]);
+    Result<SoldSize> size = ReadSize(inside, (**array)[k]);
     RETURN_IF_ERROR(size);
-    const auto same = [&size](const FrameSize& other) { return other.name == size->name; };
+    const auto same = [&size](const SoldSize& other) { return other.name == size->name; };
     if (size->name.empty() || std::any_of(sizes.begin(), sizes.end(), same)) {
       return reader.Refuse(fmt::format("{} is empty or there twice", inside.Named("name")));
     }
@@ -82,13 +82,13 @@ Result<LibraryStyle> ReadLibraryStyle(const JsonReader& reader, const Json& obje
   const Result<FrameDesign> design = ReadDesign(reader, object);
   RETURN_IF_ERROR(design);
   style.design = *design;
-  Result<std::vector<FrameSize>> sizes = ReadSizes(reader, object);
+  Result<std::vector<SoldSize>> sizes = ReadSizes(reader, object);
   RETURN_IF_ERROR(sizes);
   style.sizes = *std::move(sizes);
   return style;
 }
 
-Json SizeToJson(const FrameSize& size) {
+Json SizeToJson(const SoldSize& size) {
   Json json{{"name", size.name}, {"a_mm", size.a}};
   if (size.b) json["b_mm"] = *size.b;
   json["dbl_mm"] = size.dbl;
@@ -101,13 +101,13 @@ Json StyleToJson(const LibraryStyle& style) {
   FrameDesign shape = style.design;
   shape.style.clear();  // the entry's name says it
   PutDesign(json, shape, style.material);
-  for (const FrameSize& size : style.sizes) json["sizes"].push_back(SizeToJson(size));
+  for (const SoldSize& size : style.sizes) json["sizes"].push_back(SizeToJson(size));
   return json;
 }
 
 }  // namespace
 
-Status Validate(const FrameSize& size) {
+Status Validate(const SoldSize& size) {
   const auto check = [](const char* key, double value, double low, double high) -> Status {
     if (value >= low && value <= high) return {};
     return Fail("check the size", fmt::format("{} is {} mm", key, value),
@@ -119,8 +119,8 @@ Status Validate(const FrameSize& size) {
   return check("b_mm", size.b.value_or(size.a), kLowestLens, kSizeNumbers[0].high);
 }
 
-const FrameSize* LibraryStyle::Size(std::string_view size_name) const {
-  for (const FrameSize& size : sizes) {
+const SoldSize* LibraryStyle::Size(std::string_view size_name) const {
+  for (const SoldSize& size : sizes) {
     if (size.name == size_name) return &size;
   }
   return nullptr;

@@ -12,29 +12,29 @@
 namespace annulus {
 
 /// A size as frames are sold, in the boxing system.
-struct FrameSize {
+struct SoldSize {
   std::string name;         ///< "small", "medium", "large".
   double a = 0.0;           ///< Lens width A, mm.
   std::optional<double> b;  ///< Lens height B, mm; absent: as the style's shape has it.
   double dbl = 0.0;         ///< Distance between lenses, mm.
   double temple = 0.0;      ///< Overall temple length from the hinge along the bend to the tip, mm.
 
-  [[nodiscard]] bool operator==(const FrameSize&) const = default;
+  [[nodiscard]] bool operator==(const SoldSize&) const = default;
 };
 
 /// Whether spectacles have such sizes. The error names the value and its range.
-[[nodiscard]] Status Validate(const FrameSize& size);
+[[nodiscard]] Status Validate(const SoldSize& size);
 
 /// A named starting point of a design.
 struct LibraryStyle {
   std::string name;  ///< "wellington".
   std::string description;
   DesignMaterial material = DesignMaterial::kAcetate;
-  FrameDesign design;            ///< The shape; `design.style` is `name`.
-  std::vector<FrameSize> sizes;  ///< Empty for the paper's examples, which are scaled to the face only.
+  FrameDesign design;           ///< The shape; `design.style` is `name`.
+  std::vector<SoldSize> sizes;  ///< Empty for the paper's examples, which are scaled to the face only.
 
   /// The size of this name; null if there is none.
-  [[nodiscard]] const FrameSize* Size(std::string_view size_name) const;
+  [[nodiscard]] const SoldSize* Size(std::string_view size_name) const;
 };
 
 /// Named styles.

@@ -125,8 +125,6 @@ PoseProblem::Summary SolveFromStarts(const PoseProblem& problem) {
   return best;
 }
 
-FacePoints FaceOf(const WearerHead& head) { return head.face(); }
-
 /// Pads, temples and the finished frame for the front as it is seated.
 Status Dress(FittedFrame& fitted) {
   const FrameDesign& design = fitted.front.design;
@@ -146,28 +144,36 @@ Status Dress(FittedFrame& fitted) {
   fitted.temples = *temples;
   worn.adjustment.temple_right = fitted.temples[0].shape;
   worn.adjustment.temple_left = fitted.temples[1].shape;
-  const Result<Frame> frame = BuildFrame(design, worn.adjustment);
-  RETURN_IF_ERROR(frame);
-  fitted.frame = *frame;
+  if (fitted.options->detail == FitDetail::kFull) {
+    const Result<Frame> frame = BuildFrame(design, worn.adjustment);
+    RETURN_IF_ERROR(frame);
+    fitted.shells = ShellsOf(*frame);
+    worn.l6_right = frame->arm_right.l6;
+    worn.l6_left = frame->arm_left.l6;
+    return {};
+  }
+  auto shells = FrontShells(design, worn.adjustment);
+  RETURN_IF_ERROR(shells);
+  const auto temple_shells = TempleShells(design, worn.adjustment);
+  RETURN_IF_ERROR(temple_shells);
+  shells->insert(shells->end(), temple_shells->begin(), temple_shells->end());
+  fitted.shells = std::move(*shells);
   return {};
 }
 
 void FillWorn(FittedFrame& fitted, const SkinReport& skin) {
   WornFrame& worn = fitted.worn;
-  worn.face = FaceOf(*fitted.head);
+  worn.face = fitted.head->face();
   worn.tilt = fitted.seated.pose.tilt;
-  worn.l6_right = fitted.frame->arm_right.l6;
-  worn.l6_left = fitted.frame->arm_left.l6;
   worn.clearance = std::max(skin.rims, 0.0);
   const auto frontal = [](const Vector3d& a, const Vector3d& b) { return std::hypot(a.x() - b.x(), a.z() - b.z()); };
-  worn.residuals.eye_right =
-      frontal(worn.station_from_frame * fitted.frame->rim_centre_right(), worn.face.eye_right.position);
-  worn.residuals.eye_left =
-      frontal(worn.station_from_frame * fitted.frame->rim_centre_left(), worn.face.eye_left.position);
+  const Vector3d rim(0.5 * worn.design.rim_spacing(), 0.0, 0.0);
+  worn.residuals.eye_right = frontal(worn.station_from_frame * rim, worn.face.eye_right.position);
+  worn.residuals.eye_left = frontal(worn.station_from_frame * Vector3d(-rim), worn.face.eye_left.position);
   worn.residuals.ear_right =
-      (worn.station_from_frame * fitted.frame->arm_right.ear_point - worn.face.ear_right.position).norm();
+      (worn.station_from_frame * worn.adjustment.temple_right.ear - worn.face.ear_right.position).norm();
   worn.residuals.ear_left =
-      (worn.station_from_frame * fitted.frame->arm_left.ear_point - worn.face.ear_left.position).norm();
+      (worn.station_from_frame * worn.adjustment.temple_left.ear - worn.face.ear_left.position).norm();
 }
 
 }  // namespace
@@ -196,8 +202,8 @@ Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
   fit.penetration = skin.penetration;
   AddBalance(fitted, skin, fit);
   AddGoals(fitted, skin, fit);
+  AddAdvice(fitted, skin, fit);
   fit.clearance = std::move(skin.map);
-  AddAdvice(fitted, fit);
   return fit;
 }
 

@@ -18,6 +18,7 @@ constexpr double kSampleStep = 2.0;  // mm between samples in z
 constexpr int kColumns = 360;
 constexpr double kFar = 1e3;      // mm: what is not there is this far away
 constexpr double kDetour = 20.0;  // mm: a gap above this is searched with every second sample
+constexpr double kBeside = 1.0;   // mm: no search for a point with a radial gap less than this
 constexpr int kNewtonSteps = 12;
 
 /// Point, first and second derivatives of r(theta, z) as a surface in space.
@@ -25,8 +26,7 @@ struct SurfaceJet {
   Vector3d point, by_theta, by_z, by_theta_theta, by_theta_z, by_z_z;
 };
 
-SurfaceJet JetAt(const SplineSurface& surface, double theta, double z) {
-  const RadiusJet jet = surface.Jet(theta, z);
+SurfaceJet JetInSpace(const RadiusJet& jet, double theta, double z) {
   const Vector3d radial(std::cos(theta), std::sin(theta), 0.0);
   const Vector3d across(-radial.y(), radial.x(), 0.0);
   return {jet.r * radial + z * Vector3d::UnitZ(),    jet.r_theta * radial + jet.r * across,
@@ -53,6 +53,12 @@ HeadDistance::HeadDistance(const SplineSurface& head, double z_low, double z_hig
     : surface_(&head), z_low_(std::max(z_low, head.z_min())) {
   const double top = std::min(z_high, head.z_max());
   ENSURE(z_low_ < top, "the heights lie on the surface");
+  const ClampedCubicBasis& z_basis = head.z_basis();
+  for (std::size_t k = 0; k + 1 < z_basis.breakpoints().size(); ++k) {
+    const double start = z_basis.breakpoints()[k];
+    heights_.push_back({start, z_basis.breakpoints()[k + 1] - start, z_basis.Cubics(k)});
+  }
+  for (double z = head.z_min(); z <= head.z_max(); z += 1.0) first_interval_.push_back(z_basis.Interval(z));
   rows_ = static_cast<int>((top - z_low_) / kSampleStep) + 1;
   for (int column = 0; column < kColumns; ++column) {
     const double theta = kTwoPi * column / kColumns;
@@ -66,12 +72,62 @@ HeadDistance::HeadDistance(const SplineSurface& head, double z_low, double z_hig
   }
 }
 
+const HeadDistance::HeightInterval& HeadDistance::IntervalAt(double z) const {
+  const double above = std::clamp(z - heights_.front().start, 0.0, static_cast<double>(first_interval_.size() - 1));
+  std::size_t k = first_interval_[static_cast<std::size_t>(above)];
+  while (k + 1 < heights_.size() && z >= heights_[k + 1].start) ++k;
+  return heights_[k];
+}
+
+RadiusJet HeadDistance::Jet(double theta, double z) const {
+  const PeriodicCubicBasis& around = surface_->theta_basis();
+  const std::size_t width = around.count();
+  const double turn = WrapAngle(theta) / around.spacing();
+  const std::size_t column = std::min(static_cast<std::size_t>(turn), width - 1);
+  const double t = turn - static_cast<double>(column);
+  const double s = 1.0 - t;
+  const double h = around.spacing();
+  const std::array<double, 4> value{s * s * s / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
+                                    (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0, t * t * t / 6.0};
+  const std::array<double, 4> first{-s * s / (2.0 * h), (-4.0 * t + 3.0 * t * t) / (2.0 * h),
+                                    (4.0 * s - 3.0 * s * s) / (2.0 * h), t * t / (2.0 * h)};
+  const std::array<double, 4> second{s / (h * h), (3.0 * t - 2.0) / (h * h), (3.0 * s - 2.0) / (h * h), t / (h * h)};
+  const std::array<std::size_t, 4> index{(column + width - 1) % width, column, (column + 1) % width,
+                                         (column + 2) % width};
+  const HeightInterval& height = IntervalAt(z);
+  const double v = (z - height.start) / height.length;
+  const auto row = static_cast<std::size_t>(&height - heights_.data());
+  RadiusJet jet;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const double* c = surface_->coefficients().data() + (row + j) * width;
+    double s0 = 0.0;
+    double s1 = 0.0;
+    double s2 = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      s0 += value[i] * c[index[i]];
+      s1 += first[i] * c[index[i]];
+      s2 += second[i] * c[index[i]];
+    }
+    const auto& p = height.cubics[j];
+    const double b0 = ((p[3] * v + p[2]) * v + p[1]) * v + p[0];
+    const double b1 = ((3.0 * p[3] * v + 2.0 * p[2]) * v + p[1]) / height.length;
+    const double b2 = (6.0 * p[3] * v + 2.0 * p[2]) / (height.length * height.length);
+    jet.r += b0 * s0;
+    jet.r_theta += b0 * s1;
+    jet.r_theta_theta += b0 * s2;
+    jet.r_z += b1 * s0;
+    jet.r_theta_z += b1 * s1;
+    jet.r_z_z += b2 * s0;
+  }
+  return jet;
+}
+
 HeadGap HeadDistance::FirstOrder(const Vector3d& p) const {
   const double radius = std::hypot(p.x(), p.y());
   if (p.z() < surface_->z_min() || p.z() > surface_->z_max() || radius < 1e-9) {
     return {radius < 1e-9 ? -kFar : kFar, Vector3d::UnitY()};
   }
-  const RadiusJet jet = surface_->Jet(std::atan2(p.y(), p.x()), p.z());
+  const RadiusJet jet = Jet(std::atan2(p.y(), p.x()), p.z());
   const double slope = jet.r_theta / std::max(jet.r, 1.0);
   const double length = std::sqrt(1.0 + slope * slope + jet.r_z * jet.r_z);
   const Vector3d radial(p.x() / radius, p.y() / radius, 0.0);
@@ -114,17 +170,18 @@ NearestOnHead HeadDistance::Nearest(const Vector3d& p) const {
   const double high = surface_->z_max();
   const double foot_z = std::clamp(p.z(), low, high);
   const bool is_beside = p.z() >= low && p.z() <= high;
-  const double radial_gap = radius - surface_->Radius(theta, foot_z);
+  const double radial_gap = radius - Jet(theta, foot_z).r;
   const double reach = std::hypot(radial_gap, p.z() - foot_z) + kSampleStep;
-  Vector2d place = NearestSample(p, theta, reach);
-  SurfaceJet jet = JetAt(*surface_, place.x(), place.y());
+  // So near, the foot of the perpendicular is beside the radial one.
+  Vector2d place = reach < kSampleStep + kBeside ? Vector2d(theta, foot_z) : NearestSample(p, theta, reach);
+  SurfaceJet jet = JetInSpace(Jet(place.x(), place.y()), place.x(), place.y());
   double distance = (jet.point - p).norm();
   for (int k = 0; k < kNewtonSteps; ++k) {
     Vector2d step = StepToFoot(jet, p);
     const double size = std::max(std::abs(step.x()) * std::max(radius, 1.0), std::abs(step.y()));
     if (size > kSampleStep) step *= kSampleStep / size;
     const Vector2d next(place.x() + step.x(), std::clamp(place.y() + step.y(), low, high));
-    const SurfaceJet there = JetAt(*surface_, next.x(), next.y());
+    const SurfaceJet there = JetInSpace(Jet(next.x(), next.y()), next.x(), next.y());
     const double moved = (there.point - p).norm();
     if (moved > distance) break;
     place = next;

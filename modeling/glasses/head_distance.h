@@ -21,8 +21,8 @@ struct NearestOnHead {
   double z = 0.0;                                      ///< mm
 };
 
-/// Signed distances from one head for thousands of points. Above the surface's top and below its end nothing is in the
-/// way. Borrows the surface. Immutable; reentrant.
+/// Signed distances from one head for thousands of points: the surface's polynomials made ready once. Above the
+/// surface's top and below its end nothing is in the way. Borrows the surface. Immutable; reentrant.
 class HeadDistance {
  public:
   /// Samples the part between two heights (mm, clipped to the surface): Nearest searches there only.
@@ -39,6 +39,14 @@ class HeadDistance {
     double cosine;
     double sine;
   };
+  /// The polynomials of one interval of z, and its start and length.
+  struct HeightInterval {
+    double start;
+    double length;
+    IntervalCubics cubics;
+  };
+  [[nodiscard]] RadiusJet Jet(double theta, double z) const;
+  [[nodiscard]] const HeightInterval& IntervalAt(double z) const;
   [[nodiscard]] Eigen::Vector2d NearestSample(const Eigen::Vector3d& p, double theta, double reach) const;
 
   const SplineSurface* surface_;
@@ -46,6 +54,8 @@ class HeadDistance {
   int rows_ = 0;
   std::vector<Column> columns_;
   std::vector<double> radius_;  ///< Row by row.
+  std::vector<HeightInterval> heights_;
+  std::vector<std::size_t> first_interval_;  ///< For every mm above the surface's end: the interval there.
 };
 
 }  // namespace annulus

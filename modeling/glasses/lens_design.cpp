@@ -136,24 +136,25 @@ Status ShapeLens(const EyeTask& task, LensDesign& design) {
   const LensOrder prescribed{PrescribedPower(task.order), PrescribedPrism(task.order, task.eye)};
   const Result<PowerMatrix> wanted =
       AtVertexDistance(prescribed.power, task.refracted_vertex, position.vertex_distance);
-  RETURN_IF_ERROR(wanted);
+  if (!wanted) return Fail(wanted);
   const Result<PowerMatrix> at_cornea = AtVertexDistance(prescribed.power, task.refracted_vertex, 0.0);
-  RETURN_IF_ERROR(at_cornea);
+  if (!at_cornea) return Fail(at_cornea);
 
   WornPowerReport& report = design.power;
   const Result<LensForm> plain = ThinnestLensForm(spec, prescribed, task.rim.outline, rule);
-  RETURN_IF_ERROR(plain);
+  if (!plain) return Fail(plain);
   const Result<TracedPower> plain_worn = TraceAsWorn(*plain, pose);
-  RETURN_IF_ERROR(plain_worn);
+  if (!plain_worn) return Fail(plain_worn);
   CompensatedForm made{*plain, prescribed, 0.0};
-  if (task.options.power_order == PowerOrder::kCompensated) {
-    const Result<CompensatedForm> compensated =
-        CompensatedLensForm(spec, {*wanted, prescribed.prism}, pose, task.rim.outline, rule);
-    RETURN_IF_ERROR(compensated);
+  if (task.options.power_order != PowerOrder::kAsPrescribed) {
+    const bool prism_too = task.options.power_order == PowerOrder::kCompensated;
+    const WornGoal goal{{*wanted, prescribed.prism}, pose, prism_too ? PrismGoal::kAsWorn : PrismGoal::kAsOrdered};
+    const Result<CompensatedForm> compensated = CompensatedLensForm(spec, goal, task.rim.outline, rule);
+    if (!compensated) return Fail(compensated);
     made = *compensated;
   }
   const Result<TracedPower> worn = TraceAsWorn(made.form, pose);
-  RETURN_IF_ERROR(worn);
+  if (!worn) return Fail(worn);
 
   design.form = made.form;
   report.prescribed = PowerFrom(prescribed.power, prescribed.prism);
@@ -195,6 +196,9 @@ BlankReport BlankOf(const EyeTask& task, const LensDesign& design) {
 void DescribeLens(const EyeTask& task, LensDesign& design) {
   const LensForm& form = design.form;
   design.front_radius = RadiusOf(form.front.curvature_u);
+  if (std::isfinite(design.front_radius)) {
+    design.front_centre = form.front.lens_from_surface.translation() - design.front_radius * Eigen::Vector3d::UnitZ();
+  }
   design.back_radius_steep = RadiusOf(form.back.curvature_u);
   design.back_radius_flat = RadiusOf(form.back.curvature_v);
   design.edge = EdgeOf(form, task.rim.outline, kEdgePoints);
@@ -325,9 +329,9 @@ Result<LensPair> DesignLensPair(const Prescription& prescription, const LensMate
     return DesignLens({eye, prescription.of(eye), frame.of(eye), material, options, vertex, frame.dbl});
   };
   const Result<LensDesign> right = design(Eye::kRight);
-  RETURN_IF_ERROR(right);
+  if (!right) return Fail(right);
   const Result<LensDesign> left = design(Eye::kLeft);
-  RETURN_IF_ERROR(left);
+  if (!left) return Fail(left);
   LensPair pair;
   pair.right = *right;
   pair.left = *left;

@@ -48,8 +48,9 @@ enum class BaseCurveRule {
 };
 /// Which power the lens is made with.
 enum class PowerOrder {
-  kAsPrescribed,  ///< The prescription itself.
-  kCompensated,   ///< What as worn gives the prescription (tilt, vertex distance, thickness).
+  kAsPrescribed,      ///< The prescription itself.
+  kCompensated,       ///< What as worn gives the prescription, prism included (tilt, vertex distance, thickness).
+  kCompensatedPower,  ///< The same for the power only; the prism is made as prescribed.
 };
 
 /// What the user may choose.
@@ -116,8 +117,9 @@ struct LensDesign {
   double fitting_height = 0.0;                             ///< Optical centre above the box's lower side, mm.
   double base = 0.0;                                       ///< Front power in the lens's own index, D.
   LensForm form;
-  double front_radius = 0.0;      ///< mm; infinite if flat.
-  double back_radius_flat = 0.0;  ///< Principal radii of the back, mm; positive: hollow towards the eye.
+  double front_radius = 0.0;                    ///< mm; infinite if flat.
+  std::optional<Eigen::Vector3d> front_centre;  ///< Centre of the front sphere, lens frame, mm; none if flat.
+  double back_radius_flat = 0.0;                ///< Principal radii of the back, mm; positive: hollow towards the eye.
   double back_radius_steep = 0.0;
   LensEdge edge;          ///< Along the outline.
   LensBody body;          ///< Volume, weight, centre of gravity.

@@ -50,6 +50,17 @@ struct ThicknessRule {
 [[nodiscard]] Result<LensForm> ThinnestLensForm(const LensFormSpec& spec, const LensOrder& order,
                                                 const LensOutline& outline, const ThicknessRule& rule);
 
+/// Which prism a compensated lens has.
+enum class PrismGoal {
+  kAsWorn,     ///< The wanted one as worn: the little prism that tilt and thickness make is taken out.
+  kAsOrdered,  ///< The wanted one on the focimeter.
+};
+/// What an eye should get.
+struct WornGoal {
+  LensOrder wanted;  ///< Power and prism in the view.
+  LensPose pose;
+  PrismGoal prism = PrismGoal::kAsWorn;
+};
 /// A lens whose power as worn is what was wanted.
 struct CompensatedForm {
   LensForm form;
@@ -57,11 +68,9 @@ struct CompensatedForm {
   double error = 0.0;  ///< D and cm/m together: the largest remaining error.
 };
 /// Newton's method on the five numbers of the order (numeric Jacobian of the exact trace), the thickness rule kept.
-/// `wanted`: power and prism in the view. Fails as ThinnestLensForm and TraceAsWorn do, or if it does not converge to
-/// 1e-6.
-[[nodiscard]] Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const LensOrder& wanted,
-                                                          const LensPose& pose, const LensOutline& outline,
-                                                          const ThicknessRule& rule);
+/// Fails as ThinnestLensForm and TraceAsWorn do, or if it does not converge to 1e-6.
+[[nodiscard]] Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const WornGoal& goal,
+                                                          const LensOutline& outline, const ThicknessRule& rule);
 
 /// Where inside the outline the thickness is stationary, if it is a strict minimum or maximum.
 struct InnerExtreme {

@@ -9,7 +9,8 @@ namespace annulus {
 /// One optical surface of a lens: a sphere or a torus, in the lens frame.
 ///
 /// Lens frame: mm; x and y as in the lens's LensOutline (front view: x the wearer's left, y up), z forward, away from
-/// the eye; z = 0 is the plane that touches the front surface at the box centre. Surface frame: the vertex is the
+/// the eye; z = 0 is the plane that touches the front surface at the box centre. An upright lens's (x, y, z) is
+/// (−x, z, y) of the head or frame frame (x the wearer's right, y forward, z up). Surface frame: the vertex is the
 /// origin, w the forward normal, u and v the principal meridians.
 ///
 /// The torus is the tyre form: a circle of curvature `curvature_u` in the u–w plane turned about an axis that is

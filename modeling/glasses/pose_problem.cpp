@@ -291,16 +291,16 @@ FrameDesign PoseProblem::DesignOf(const FrontState& state) const {
 }
 
 Result<FrontShape> PoseProblem::Front(const FrontState& state) const {
-  if (task_.size == FrameSize::kKept) return *front_;
+  if (task_.size == FitSize::kKept) return *front_;
   return MakeFrontShape(DesignOf(state), task_.goals, task_.inputs.lens_back, task_.density);
 }
 
 int PoseProblem::residual_count() const { return static_cast<int>(front_->points.size()) + 4 + kGoalRows + kSizeRows; }
 
-bool PoseProblem::IsFree(int k) const { return k < FrontState::kPoseSize || task_.size == FrameSize::kMadeToMeasure; }
+bool PoseProblem::IsFree(int k) const { return k < FrontState::kPoseSize || task_.size == FitSize::kMadeToMeasure; }
 
 bool PoseProblem::Evaluate(const FrontState& state, VectorXd& residuals, MatrixXd* jacobian) const {
-  const bool is_kept = task_.size == FrameSize::kKept;
+  const bool is_kept = task_.size == FitSize::kKept;
   Result<FrontShape> made;
   if (!is_kept) {
     made = Front(state);
@@ -360,7 +360,7 @@ PoseProblem::Summary PoseProblem::Solve(const FrontState& start) const {
   bound(3, kLeastTilt, kLargestTilt);
   bound(4, -kLargestTurn, kLargestTurn);
   bound(5, -kLargestTurn, kLargestTurn);
-  if (task_.size == FrameSize::kKept) {
+  if (task_.size == FitSize::kKept) {
     problem.SetManifold(values.data(), new ceres::SubsetManifold(FrontState::kSize, {6, 7, 8}));
   } else {
     const FrameDesign& design = task_.design;

@@ -31,7 +31,7 @@ struct PoseTask {
   FrameDesign design;
   FitGoals goals;
   GoalInputs inputs;
-  FrameSize size = FrameSize::kKept;
+  FitSize size = FitSize::kKept;
   SizeLimits limits;
   /// Heights of the pupils over the box's lower edge that are wanted instead of a place over its centre, mm.
   std::array<std::optional<double>, 2> pupil_height;

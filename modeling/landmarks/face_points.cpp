@@ -8,6 +8,7 @@
 
 #include "base/frames.h"
 #include "modeling/landmarks/ear_outline.h"
+#include "modeling/landmarks/head_without_ears.h"
 #include "modeling/landmarks/weighted_mean.h"
 
 namespace annulus {
@@ -64,6 +65,32 @@ FacePoint FindSellion(const SplineSurface& head, const Vector3d& tip) {
   return {head.Point(theta, std::min(tip_z + kUsual, head.z_max())), LandmarkSource::kProportion};
 }
 
+/// The point of the nose's ridge at a point's height: halfway between the flanks 2 mm behind the most forward place.
+FacePoint OnTheRidge(const SplineSurface& head, const MidPlane& plane, const FacePoint& near) {
+  constexpr double kBehind = 2.0;
+  constexpr double kReach = RadiansFromDegrees(7.0);
+  constexpr double kStep = RadiansFromDegrees(0.05);
+  if (near.source == LandmarkSource::kProportion) return near;
+  const double z = near.position.z();
+  const Vector3d forward = plane.forward();
+  const double middle = std::atan2(near.position.y(), near.position.x());
+  const auto ahead = [&](double theta) { return forward.dot(head.Point(theta, z)); };
+  double crest = middle;
+  for (double turn = -0.5 * kReach; turn <= 0.5 * kReach; turn += kStep) {
+    if (ahead(middle + turn) > ahead(crest)) crest = middle + turn;
+  }
+  const double flank = ahead(crest) - kBehind;
+  const auto reach = [&](double sign) {
+    double turn = 0.0;
+    while (turn < kReach && ahead(crest + sign * turn) > flank) turn += kStep;
+    return turn;
+  };
+  const double right = reach(-1.0);
+  const double left = reach(1.0);
+  if (right >= kReach || left >= kReach) return near;  // no ridge: as flat as a forehead
+  return {head.Point(crest + 0.5 * (left - right), z), near.source};
+}
+
 /// Where, in front, the surface at height z is `lateral` mm from the mid-plane: theta by bisection, as the lateral
 /// falls with theta there.
 Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, double lateral, double z) {
@@ -76,10 +103,10 @@ Vector3d SurfaceAtLateral(const SplineSurface& head, const MidPlane& plane, doub
   return head.Point(0.5 * (low + high), z);
 }
 
-/// The eye's centre from the hollow of its socket: how far the surface lies behind a vertical chord of 40 mm. The
-/// hollow is deepest at the nose, so its place beside the root is the centre of its extent (weights cut off) and z
-/// that of its depth.
-FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
+/// The eye's centre where no ball shows, from the hollow of its socket: how far the surface lies behind a vertical
+/// chord of 40 mm. The hollow is deepest at the nose, so its place beside the root is the centre of its extent (weights
+/// cut off) and z that of its depth.
+FacePoint EyeInItsSocket(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
   const Vector3d& sellion = found.face.sellion.position;
   const MidPlane& plane = found.plane;
   const double root = plane.Lateral(sellion);
@@ -110,6 +137,14 @@ FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAnd
           shows ? LandmarkSource::kDetected : LandmarkSource::kProportion};
 }
 
+/// Straight before the eyeball's centre, as the pupil of an eye that looks at the horizon.
+FacePoint FindEye(const SplineSurface& head, const HeadGrid& grid, const FaceAndEars& found, BodySide side) {
+  const std::optional<Eyeball>& ball = side == BodySide::kRight ? found.eyeballs.right : found.eyeballs.left;
+  if (!ball) return EyeInItsSocket(head, grid, found, side);
+  return {SurfaceAtLateral(head, found.plane, found.plane.Lateral(ball->centre), ball->centre.z()),
+          LandmarkSource::kDetected};
+}
+
 /// The top of the ear, where the temple lies between ear and head; by proportion if there is no ear.
 FacePoint EarPoint(const SplineSurface& head, const std::optional<EarOutline>& ear, const Vector3d& sellion,
                    BodySide side) {
@@ -122,15 +157,6 @@ FacePoint EarPoint(const SplineSurface& head, const std::optional<EarOutline>& e
   return {PointFromCylindrical(ear->top_theta, ear->top_radius, ear->top_z), LandmarkSource::kDetected};
 }
 
-/// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
-FacePoint FindForehead(const SplineSurface& head, const Vector3d& sellion) {
-  constexpr double kAboveSellion = 30.0;
-  constexpr double kSlightlyBefore = 2.0;
-  const double z = std::min(sellion.z() + kAboveSellion, head.z_max());
-  const Vector3d on_skin = head.Point(std::atan2(sellion.y(), sellion.x()), z);
-  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected};
-}
-
 }  // namespace
 
 const std::vector<NamedFacePoint>& FacePointNames() {
@@ -139,6 +165,15 @@ const std::vector<NamedFacePoint>& FacePointNames() {
       {"ear_left", &FacePoints::ear_left},   {"forehead", &FacePoints::forehead}, {"sellion", &FacePoints::sellion},
       {"pronasale", &FacePoints::pronasale}};
   return names;
+}
+
+FacePoint ForeheadAbove(const SplineSurface& head, const FacePoint& sellion) {
+  constexpr double kAboveSellion = 30.0;
+  constexpr double kSlightlyBefore = 2.0;
+  const Vector3d& root = sellion.position;
+  const double z = std::min(root.z() + kAboveSellion, head.z_max());
+  const Vector3d on_skin = head.Point(std::atan2(root.y(), root.x()), z);
+  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected, sellion.covariance};
 }
 
 Result<FacePoints> FindFacePoints(const SplineSurface& head) {
@@ -161,16 +196,21 @@ Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& g
   FaceAndEars found;
   FacePoints& face = found.face;
   face.pronasale = RefinePronasale(head, grid, *nose);
-  face.sellion = FindSellion(head, face.pronasale.position);
   found.plane = FindMidPlane(grid, face.pronasale.position);
+  face.sellion = OnTheRidge(head, found.plane, FindSellion(head, face.pronasale.position));
   const Vector3d& sellion = face.sellion.position;
+  found.eyeballs = FindEyeballs(head, grid, found.plane, sellion);
   face.eye_right = FindEye(head, grid, found, BodySide::kRight);
   face.eye_left = FindEye(head, grid, found, BodySide::kLeft);
   found.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
   found.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  const HeadWithoutEars beneath(head, found.ear_right, found.ear_left);
+  for (std::optional<EarOutline>* ear : {&found.ear_right, &found.ear_left}) {
+    if (*ear) *ear = WithTopOnTheHead(**ear, beneath);
+  }
   face.ear_right = EarPoint(head, found.ear_right, sellion, BodySide::kRight);
   face.ear_left = EarPoint(head, found.ear_left, sellion, BodySide::kLeft);
-  face.forehead = FindForehead(head, sellion);
+  face.forehead = ForeheadAbove(head, face.sellion);
   return found;
 }
 

@@ -18,6 +18,7 @@ struct HeadView {
   MidPlane plane;
   std::optional<EarOutline> ear_right{};
   std::optional<EarOutline> ear_left{};
+  Eyeballs eyeballs{};
   double scale = 1.0;  ///< Height of the nose over 38 mm: how large the face is.
 
   [[nodiscard]] const SplineSurface& surface() const { return body.surface(); }
@@ -36,6 +37,7 @@ struct FoundFeature {
   Estimate z;      ///< mm
   double confidence = 0.0;
   LandmarkSource source = LandmarkSource::kDetected;
+  double placing = 0.0;  ///< mm; sd of placing by a second-best rule, where it is more than the catalogue's.
 };
 
 /// A feature's place, or empty where it does not show and no proportion is known for it.

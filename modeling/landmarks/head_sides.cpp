@@ -13,6 +13,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kProportionConfidence = 0.15;
+// Of an eye's centre by its socket: on two heads of people it lay 3 and 9 mm too low.
+constexpr double kSocketConfidence = 0.4;
+constexpr double kSocketPlacing = 5.0;  // mm
 
 /// +1 on the side on which theta grows from the front (the subject's left).
 double Turn(BodySide side) { return side == BodySide::kLeft ? 1.0 : -1.0; }
@@ -80,7 +83,20 @@ FoundFeature FindEyeCentre(const HeadView& head, BodySide side) {
   const FacePoint& eye = side == BodySide::kRight ? head.face.eye_right : head.face.eye_left;
   const double theta = std::atan2(eye.position.y(), eye.position.x());
   if (eye.source != LandmarkSource::kDetected) return ByProportion(theta, {eye.position.z(), {}});
-  return {{theta, {}}, {eye.position.z(), {}}, 0.6, LandmarkSource::kDetected};
+  const std::optional<Eyeball>& ball = side == BodySide::kRight ? head.eyeballs.right : head.eyeballs.left;
+  if (!ball) {
+    return {{theta, {}}, {eye.position.z(), {}}, kSocketConfidence, LandmarkSource::kDetected, kSocketPlacing};
+  }
+  // lateral = -r(theta, z) sin(theta - yaw) keeps holding where the surface is straight before the ball's centre.
+  const EyeballEstimates centre = EstimateEyeball(head.surface(), head.plane, *ball);
+  const RadiusJet jet = head.surface().Jet(theta, eye.position.z());
+  const double turn = theta - head.plane.yaw;  // 0 ahead, positive to the left
+  const double by_theta = -jet.r_theta * std::sin(turn) - jet.r * std::cos(turn);
+  GradientSum radius(head.surface());
+  radius.AddRadius(theta, eye.position.z(), std::sin(turn));
+  const Estimate on_surface = Combine(1.0, {0.0, radius.Get()}, jet.r_z * std::sin(turn), centre.z);
+  const Estimate across = Combine(1.0 / by_theta, centre.lateral, 1.0 / by_theta, on_surface);
+  return {{theta, across.gradient}, {eye.position.z(), centre.z.gradient}, ball->share, LandmarkSource::kDetected};
 }
 
 FoundFeature FindOrbitale(const HeadView& head, const FoundFeature& eye, BodySide side) {

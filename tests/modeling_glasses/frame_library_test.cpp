@@ -46,7 +46,7 @@ TEST(FrameLibrary, HasAtLeast24StylesInThreeSizesEach) {
     EXPECT_EQ(style.sizes.size(), 3U) << style.name;
     EXPECT_GE(style.description.size(), 10U) << style.name;
     double previous = 0.0;
-    for (const FrameSize& size : style.sizes) {
+    for (const SoldSize& size : style.sizes) {
       EXPECT_GT(size.a, previous) << style.name;
       previous = size.a;
     }

@@ -120,7 +120,8 @@ TEST(LensForm, BothMinimaHoldOverTheOutlineAndOneOfThemIsTouched) {
     double inner = 1e9;
     for (const Eigen::Vector2d& point : outline.points) {
       edge = std::min(edge, form->Thickness(point.x(), point.y()));
-      for (double share = 0.0; share < 1.0; share += 0.05) {
+      for (int twentieth = 0; twentieth < 20; ++twentieth) {
+        const double share = twentieth / 20.0;
         inner = std::min(inner, form->Thickness(share * point.x(), share * point.y()));
       }
     }
@@ -159,7 +160,7 @@ TEST(LensForm, CompensationGivesTheWantedPowerByAnIndependentBundle) {
     const LensOrder wanted{MatrixFrom({dice.Between(-8, 6), -dice.Between(0, 3), dice.Between(0.01, kPi)}),
                            {dice.Between(-2, 2), dice.Between(-2, 2)}};
     const LensPose pose = PoseOf(dice.Between(0, 0.3), dice.Between(0, 0.3), 13.0, Eye::kRight);
-    const auto made = CompensatedLensForm(spec, wanted, pose, Ellipse(48.0, 36.0, 120), {1.5, 1.0, 25.0});
+    const auto made = CompensatedLensForm(spec, {wanted, pose}, Ellipse(48.0, 36.0, 120), {1.5, 1.0, 25.0});
     ASSERT_TRUE(made) << made.error().Text();
     const auto bundle = test::BundlePower(made->form, pose);
     ASSERT_TRUE(bundle);
