@@ -14,6 +14,8 @@ constexpr double kRigidGap = 2.0;         // mm that a rigid bridge may differ f
 constexpr double kPaddedGap = 5.0;        // mm, with adjustable pads
 constexpr double kShortestTemple = 75.0;  // mm, hinge to ear point
 constexpr double kLongestTemple = 125.0;
+constexpr double kShortestTip = 25.0;  // mm behind the ear point, of a temple of given length
+constexpr double kLongestTip = 55.0;
 constexpr double kUnevenPush = 0.12;  // of the nose's load, either way from a half
 constexpr double kRimSlack = 1e-6;    // mm
 
@@ -106,9 +108,11 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
   const double ideal = dbl - fitted.front.design.bridge_gap() + fitted.ideal_gap;
   const double slack = fitted.front.bearing == NoseBearing::kAdjust ? kPaddedGap : kRigidGap;
   list.AddLength("dbl", "Distance between lenses", dbl, 0.0, ideal - slack, ideal + slack);
-  length("temple_length_right", "Temple length to bend, right", GoalValue::kTempleRight, kShortestTemple,
-         kLongestTemple);
-  length("temple_length_left", "Temple length to bend, left", GoalValue::kTempleLeft, kShortestTemple, kLongestTemple);
+  const std::optional<double> overall = fitted.options->temple_length;
+  const double shortest = overall ? *overall - kLongestTip : kShortestTemple;
+  const double longest = overall ? *overall - kShortestTip : kLongestTemple;
+  length("temple_length_right", "Temple length to bend, right", GoalValue::kTempleRight, shortest, longest);
+  length("temple_length_left", "Temple length to bend, left", GoalValue::kTempleLeft, shortest, longest);
   angle("temple_splay_right", "Temple splay, right", GoalValue::kSplayRight, goals.temple_splay);
   angle("temple_splay_left", "Temple splay, left", GoalValue::kSplayLeft, goals.temple_splay);
   const double vertex_sigma = sigma(GoalValue::kVertexRight);

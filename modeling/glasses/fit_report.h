@@ -33,6 +33,7 @@ struct FittedFrame {
 /// Least distances of a frame in place, mm.
 struct SkinReport {
   double penetration = 0.0;          ///< >= 0
+  std::string deepest;               ///< The part that enters most; empty if none does.
   double front_penetration = 0.0;    ///< Of what is neither temple nor adjustable pad; >= 0.
   double rims = 0.0;                 ///< Of rims, end pieces and lenses beside the nose.
   std::array<SkinPlace, 2> nose;     ///< Of what bears, right and left.
@@ -46,6 +47,6 @@ void AddBalance(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& f
 /// Every goal.
 void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit);
 /// What to change, wearable and score, once all else is known.
-void AddAdvice(const FittedFrame& fitted, GlassesFit& fit);
+void AddAdvice(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit);
 
 }  // namespace annulus

@@ -202,8 +202,8 @@ Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
   fit.penetration = skin.penetration;
   AddBalance(fitted, skin, fit);
   AddGoals(fitted, skin, fit);
+  AddAdvice(fitted, skin, fit);
   fit.clearance = std::move(skin.map);
-  AddAdvice(fitted, fit);
   return fit;
 }
 
