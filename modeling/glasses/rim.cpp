@@ -112,7 +112,9 @@ void BendToSphere(double radius, Rim& rim) {
     const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step <= kSteps; ++step) {
       const double u = static_cast<double>(step) / kSteps;
-      const double sag = std::sqrt(radius * radius - CubicBezierPoint(curve, u).squaredNorm()) - radius;
+      // √(R² - ρ²) - R, also for the largest R.
+      const double rho2 = CubicBezierPoint(curve, u).squaredNorm();
+      const double sag = -rho2 / (radius + std::sqrt(radius * radius - rho2));
       const Unknowns row = row_at(k, u);
       normal += row * row.transpose();
       right += sag * row;

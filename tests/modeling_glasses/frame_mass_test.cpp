@@ -136,7 +136,7 @@ TEST(FrameWalls, RoundRimIsNinetyThreePercentOfItsThicknessBetweenCorners) {
     EXPECT_NEAR(WallCalled(walls, name), 0.9268 * 2.5, 0.02) << name;
   }
   EXPECT_NEAR(WallCalled(walls, "rim_depth"), 0.75 * 2.5, 1e-12);
-  EXPECT_NEAR(WallCalled(walls, "bridge"), 0.75 * 2.5, 0.06);
+  EXPECT_NEAR(WallCalled(walls, "bridge"), 0.75 * 2.5, 0.13);  // It tapers where it enters the rims.
   for (const Wall& wall : walls) EXPECT_GT(wall.thickness, 0.0) << wall.name;
 }
 
@@ -164,10 +164,17 @@ TEST(FrameWalls, HingesPadsAndMountsHaveTheirs) {
     const std::vector<Wall> walls = WallsOf(*frame);
     if (design.details.hinge == HingeForm::kBarrel) {
       EXPECT_NEAR(WallCalled(walls, "knuckle"), 0.7, 1e-12);
-      EXPECT_NEAR(WallCalled(walls, "end_piece"), 0.75 * design.depth(), 0.25);
+      // Towards a rimless mount the end piece tapers to the disc's 0.9 mm.
+      EXPECT_GT(WallCalled(walls, "end_piece"),
+                (design.details.rim == RimForm::kRimless ? 0.5 : 0.68) * design.depth());
+      EXPECT_LT(WallCalled(walls, "end_piece"), 0.76 * design.depth());
     }
-    if (design.details.pads == PadForm::kAdjustable) EXPECT_GE(WallCalled(walls, "pad_wire"), 0.6);
-    if (design.details.rim == RimForm::kRimless) EXPECT_NEAR(WallCalled(walls, "lens_screw"), 1.3, 1e-12);
+    if (design.details.pads == PadForm::kAdjustable) {
+      EXPECT_GE(WallCalled(walls, "pad_wire"), 0.6);
+    }
+    if (design.details.rim == RimForm::kRimless) {
+      EXPECT_NEAR(WallCalled(walls, "lens_screw"), 1.3, 1e-12);
+    }
     EXPECT_NEAR(WallCalled(walls, "temple"), 0.75 * design.depth(), 0.25);
   }
 }

@@ -171,11 +171,11 @@ TEST(FrameHinge, TempleSwingsFreelyThroughNinetyDegrees) {
   const HingeAxis& axis = *frame.arm_right.hinge;
   for (double degrees = 0.0; degrees <= 90.0; degrees += 15.0) {
     // Closing moves what is behind the axis inward: back turns to -outward.
-    const Eigen::AngleAxisd turn(-RadiansFromDegrees(degrees), axis.outward.cross(axis.back).normalized());
-    const Vector3d closed = turn * axis.back;
+    const Eigen::Isometry3d closed_from_open = ClosedFromOpen(axis, RadiansFromDegrees(degrees));
+    const Vector3d closed = closed_from_open.linear() * axis.back;
     EXPECT_NEAR(closed.dot(axis.outward), -std::sin(RadiansFromDegrees(degrees)), 1e-12);
     for (const Vector3d& p : MeshOf(FrameBodies(frame)[1], {6, 6, 2}).vertices) {
-      const Vector3d turned = axis.point + turn * (p - axis.point);
+      const Vector3d turned = closed_from_open * p;
       if ((turned - axis.point).norm() > 12.0) continue;
       ASSERT_NEAR(WindingNumber(front, turned), 0.0, 1e-4) << degrees;
     }
