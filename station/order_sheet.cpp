@@ -282,9 +282,9 @@ void OrderPages::Position() {
   Section("Position as worn", source_.worn ? "from the scan" : "usual values: no worn frame was given");
   const WornPosition right = PositionOf(source_, Eye::kRight);
   const WornPosition left = PositionOf(source_, Eye::kLeft);
-  const std::vector<WornGoal> goals = GoalsOf(source_);
+  const std::vector<SavedGoal> goals = GoalsOf(source_);
   const bool measured = std::any_of(goals.begin(), goals.end(),
-                                    [](const WornGoal& goal) { return goal.id.starts_with("vertex_distance"); });
+                                    [](const SavedGoal& goal) { return goal.id.starts_with("vertex_distance"); });
   std::vector<std::pair<std::string, std::string>> facts = {
       {measured ? "vertex distance right / left" : "vertex distance (usual value)",
        fmt::format("{:.1f} / {:.1f}", right.vertex_distance, left.vertex_distance)},

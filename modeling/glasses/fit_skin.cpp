@@ -78,6 +78,10 @@ SkinReport MeasureSkin(const FittedFrame& fitted) {
     });
     if (-least.distance > report.penetration) report.deepest = skin.parts()[part].name;
     report.penetration = std::max(report.penetration, -least.distance);
+    if (skin.parts()[part].role == FrameRole::kTemple && least.distance < 0.0) {
+      double& enters = report.temple_penetration[SideOf(least.position)];
+      enters = std::max(enters, -least.distance);
+    }
     const FrameRole part_role = skin.parts()[part].role;
     const bool is_bent =
         part_role == FrameRole::kTemple || part_role == FrameRole::kPad || part_role == FrameRole::kPadArm;

@@ -155,13 +155,14 @@ Result<bool> Improve(TempleSearch& search, const Aim& aim, std::array<Bend, 2>& 
 }
 
 /// The true distances, between the points too: where bow and turn are not enough, outward alone keeps a temple off.
-Result<std::array<Stretches, 2>> KeepOff(TempleSearch& search, std::array<Bend, 2>& bends) {
+Result<std::array<Stretches, 2>> KeepOff(TempleSearch& search, const std::array<double, 2>& extra,
+                                         std::array<Bend, 2>& bends) {
   auto now = search.MeasureFinely(bends);
   for (int round = 0; round < kRounds && now; ++round) {
     bool is_free = true;
     for (std::size_t side = 0; side < 2; ++side) {
-      const double least = std::min((*now)[side].ear, (*now)[side].before);
-      const double tip = (*now)[side].tip;
+      const double least = std::min((*now)[side].ear, (*now)[side].before) - extra[side];
+      const double tip = (*now)[side].tip - extra[side];
       if (least < 0.0 || tip < 0.0) is_free = false;
       if (least < 0.0) bends[side].out += kTouch - 1.1 * least;
       if (tip < 0.0 && round < kTurnRounds) bends[side].turn -= (kTipTouch - tip) / kTipLever;
@@ -176,7 +177,8 @@ Result<std::array<Stretches, 2>> KeepOff(TempleSearch& search, std::array<Bend, 
 }  // namespace
 
 Result<std::array<TempleFit, 2>> FitTemples(const WearerHead& head, const FrameDesign& design,
-                                            const Eigen::Isometry3d& station_from_frame, const FrameAdjustment& pads) {
+                                            const Eigen::Isometry3d& station_from_frame, const FrameAdjustment& pads,
+                                            const std::array<double, 2>& extra) {
   TempleSearch search(head, design, station_from_frame, pads);
   std::array<Bend, 2> bends;
   for (Bend& bend : bends) bend.out = 1.0;
@@ -195,7 +197,7 @@ Result<std::array<TempleFit, 2>> FitTemples(const WearerHead& head, const FrameD
     RETURN_IF_ERROR(turns);
     if (*turns) break;
   }
-  const auto found = KeepOff(search, bends);
+  const auto found = KeepOff(search, extra, bends);
   RETURN_IF_ERROR(found);
   std::array<TempleFit, 2> fits;
   for (std::size_t side = 0; side < 2; ++side) {

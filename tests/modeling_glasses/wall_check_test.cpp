@@ -2,40 +2,44 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "modeling/bezier/shell_solids.h"
 #include "modeling/glasses/frame_library.h"
 
 namespace annulus {
 namespace {
 
-using Eigen::Vector3d;
-
-/// A straight tube along x whose section is 2·half_width by 2·0.75·half_depth.
-PatchShell Tube(const std::string& name, double half_width, double half_depth, const Vector3d& offset) {
-  BezierTube::Sections sections;
-  for (std::size_t i = 0; i < 4; ++i) {
-    sections[i] = {offset + Vector3d(10.0 * static_cast<double>(i), 0, 0), Vector3d(0, 0, half_width),
-                   Vector3d(0, -half_depth, 0)};
-  }
-  return ShellOfTubes(name, {BezierTube(sections)}, TubeEnds::kCapped);
+/// A plate `thick` mm thick in y about y = `at`.
+PatchShell Plate(const std::string& name, double thick, double at) {
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.translation().y() = at;
+  return BoxShell(name, place, {10.0, 0.5 * thick, 8.0});
 }
 
-TEST(WallCheck, ABandIsAsThickAsItsSection) {
-  // Much wider than deep: the ray through its middle is 2·0.75·half_depth long, and thinner only towards its seams.
-  const auto walls = ThinnestWalls({{"body", {Tube("band", 10.0, 1.0, Vector3d::Zero())}}});
+TEST(WallCheck, APlateIsAsThickAsItIs) {
+  const auto walls = ThinnestWalls({{"body", {Plate("plate", 1.3, 5.0)}}});
   ASSERT_EQ(walls.size(), 1U);
   EXPECT_EQ(walls[0].body, "body");
-  EXPECT_EQ(walls[0].shell, "band");
-  EXPECT_LE(walls[0].thickness, 1.5);
-  EXPECT_GT(walls[0].thickness, 0.5);
+  EXPECT_EQ(walls[0].shell, "plate");
+  EXPECT_NEAR(walls[0].thickness, 1.3, 1e-9);
+  EXPECT_NEAR(std::abs(walls[0].place.y() - 5.0), 0.65, 1e-9);
 }
 
 TEST(WallCheck, ShellsThatOverlapAreOneWall) {
-  // Two bands, each 1.5 deep, the second 1 mm behind the first: together 2.5.
-  const PatchShell front = Tube("front", 10.0, 1.0, Vector3d(0, 0.5, 0));
-  const PatchShell back = Tube("back", 10.0, 1.0, Vector3d(0, -0.5, 0));
-  const double alone = ThinnestWalls({{"body", {front}}}).at(0).thickness;
-  const double together = ThinnestWalls({{"body", {front, back}}}).at(0).thickness;
-  EXPECT_NEAR(together - alone, 1.0, 0.3);
+  // Together from -0.4 to 1.7: each is thinner alone.
+  const auto walls = ThinnestWalls({{"body", {Plate("front", 1.5, 0.95), Plate("back", 1.2, 0.2)}}});
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_NEAR(walls[0].thickness, 2.1, 1e-9);
+  EXPECT_NEAR(walls[1].thickness, 2.1, 1e-9);
+}
+
+TEST(WallCheck, WhatTouchesNothingIsAWallOfItsOwn) {
+  const auto walls = ThinnestWalls({{"body", {Plate("thick", 3.0, 0.0), Plate("thin", 0.4, 20.0)}}});
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_EQ(walls[0].shell, "thin");
+  EXPECT_NEAR(walls[0].thickness, 0.4, 1e-9);
+  EXPECT_NEAR(walls[1].thickness, 3.0, 1e-9);
 }
 
 Frame Build(const FrameDesign& design) {
