@@ -42,9 +42,8 @@ RimBox BoxOfRim(const Rim& rim) {
   const Eigen::Isometry3d rim_from_frame = rim.frame_from_rim.inverse();
   Eigen::AlignedBox3d box;
   for (std::size_t k = 0; k < 4; ++k) {
-    const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step < kOutlineSteps; ++step) {
-      box.extend(rim_from_frame * CubicBezierPoint(curve, static_cast<double>(step) / kOutlineSteps));
+      box.extend(rim_from_frame * LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps));
     }
   }
   return {box.sizes().x(), box.sizes().z(), DistanceBetweenLenses(rim)};
