@@ -96,7 +96,8 @@ bool IsName(const std::string& text) {
 Result<ExportedFile> GlassesStl(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto notes = WallNotes(source, options);
   RETURN_IF_ERROR(notes);
-  ExportedFile file{"", *notes};
+  ExportedFile file;
+  file.notes = *notes;
   TriangleMesh whole;
   for (const FrameBody& body : FrameBodies(source.frame)) {
     const bool fuse = options.skin == GlassesExportOptions::Skin::kFused;
@@ -113,7 +114,8 @@ Result<ExportedFile> GlassesStl(const GlassesSource& source, const GlassesExport
 Result<ExportedFile> GlassesStep(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto notes = WallNotes(source, options);
   RETURN_IF_ERROR(notes);
-  ExportedFile file{"", *notes};
+  ExportedFile file;
+  file.notes = *notes;
   std::vector<SolidBody> bodies;
   for (const FrameBody& body : FrameBodies(source.frame)) {
     const auto solid = SolidBodyOf({body.name, body.shells});
@@ -122,6 +124,7 @@ Result<ExportedFile> GlassesStep(const GlassesSource& source, const GlassesExpor
       file.notes.push_back(
           fmt::format("{} is written as {} separate solids: {}", body.name, solid->pieces(), solid->note()));
     }
+    file.solids.push_back({body.name, solid->volume(), solid->fused(), solid->pieces()});
     bodies.push_back(*solid);
   }
   const auto text = StepText(bodies, "annulus frame");
@@ -201,7 +204,7 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
 ExportedFile GlassesJson(const GlassesSource& source) {
   FrameFile file = source.design;
   file.adjustment = source.frame.adjustment;
-  return {FrameToJson(file), {}};
+  return {FrameToJson(file)};
 }
 
 }  // namespace annulus

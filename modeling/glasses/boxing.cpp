@@ -31,9 +31,8 @@ struct RimBox {
 double DistanceBetweenLenses(const Rim& rim) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 4; ++k) {
-    const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step < kOutlineSteps; ++step) {
-      nearest = std::min(nearest, CubicBezierPoint(curve, static_cast<double>(step) / kOutlineSteps).x());
+      nearest = std::min(nearest, LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps).x());
     }
   }
   return 2.0 * nearest;

@@ -1,6 +1,8 @@
 #include "modeling/glasses/fit_sigma.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -25,46 +27,33 @@ double DistanceSigma(const WearerHead& head, const Vector3d& p_in_station) {
   return along * head.measured().RadiusSigma(theta, p_in_station.z());
 }
 
-/// A point moved along the skin's tangent plane, head frame.
-Vector3d Along(const Vector3d& from, const Vector3d& normal, double across, double up) {
-  // Mostly facing forward (eyes) or sideways (ears): the coordinate of the largest component follows.
-  Vector3d moved = from;
-  if (std::abs(normal.y()) >= std::abs(normal.x())) {
-    moved += Vector3d(across, -(normal.x() * across + normal.z() * up) / normal.y(), up);
-  } else {
-    moved += Vector3d(-(normal.y() * across + normal.z() * up) / normal.x(), across, up);
+/// Three independent displacements of 1 sd that together make a covariance.
+std::array<Vector3d, 3> DisplacementsOf(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  std::array<Vector3d, 3> displacements;
+  for (int k = 0; k < 3; ++k) {
+    displacements[static_cast<std::size_t>(k)] =
+        std::sqrt(std::max(solver.eigenvalues()[k], 0.0)) * solver.eigenvectors().col(k);
   }
-  return moved;
+  return displacements;
 }
 
 std::vector<Cause> CausesOf(const PoseTask& task, const std::array<Vector3d, 2>& bearing) {
   const WearerHead& head = *task.head;
   const Eigen::Matrix3d head_from_station = head.station_from_head().linear().transpose();
-  const auto normal_at = [&](const Vector3d& p) -> Vector3d {
-    return head_from_station * head.measured().surface().Normal(std::atan2(p.y(), p.x()), p.z());
-  };
   std::vector<Cause> causes;
   for (std::size_t side = 0; side < 2; ++side) {
     const Eye eye = side == 0 ? Eye::kRight : Eye::kLeft;
-    const Vector3d eye_normal = normal_at(head.eye(eye));
-    const Vector3d ear_normal = normal_at(head.ear(eye));
-    const PlaceSigma eye_sigma = head.eye_sigma();
-    const PlaceSigma ear_sigma = head.ear_sigma();
-    const double eye_depth = DistanceSigma(head, head.eye(eye));
+    const auto in_head = [&](const FacePoint& point) -> Eigen::Matrix3d {
+      return head_from_station * point.covariance * head_from_station.transpose();
+    };
     const double bears = DistanceSigma(head, bearing[side]);
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, sd * eye_sigma.across, 0.0);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, 0.0, sd * eye_sigma.up);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.eyes[side].y() += sd * eye_depth; });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, sd * ear_sigma.across, 0.0);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, 0.0, sd * ear_sigma.up);
-    });
+    for (const Vector3d& moved : DisplacementsOf(in_head(head.EyePoint(eye)))) {
+      causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.eyes[side] += sd * moved; });
+    }
+    for (const Vector3d& moved : DisplacementsOf(in_head(head.EarPoint(eye)))) {
+      causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.ears[side] += sd * moved; });
+    }
     causes.emplace_back([=](PoseTask& t, double sd) { t.bearing_shift[side] -= sd * bears; });
   }
   const double level = head.level_sigma();

@@ -136,25 +136,25 @@ Status ShapeLens(const EyeTask& task, LensDesign& design) {
   const LensOrder prescribed{PrescribedPower(task.order), PrescribedPrism(task.order, task.eye)};
   const Result<PowerMatrix> wanted =
       AtVertexDistance(prescribed.power, task.refracted_vertex, position.vertex_distance);
-  RETURN_IF_ERROR(wanted);
+  if (!wanted) return Fail(wanted);
   const Result<PowerMatrix> at_cornea = AtVertexDistance(prescribed.power, task.refracted_vertex, 0.0);
-  RETURN_IF_ERROR(at_cornea);
+  if (!at_cornea) return Fail(at_cornea);
 
   WornPowerReport& report = design.power;
   const Result<LensForm> plain = ThinnestLensForm(spec, prescribed, task.rim.outline, rule);
-  RETURN_IF_ERROR(plain);
+  if (!plain) return Fail(plain);
   const Result<TracedPower> plain_worn = TraceAsWorn(*plain, pose);
-  RETURN_IF_ERROR(plain_worn);
+  if (!plain_worn) return Fail(plain_worn);
   CompensatedForm made{*plain, prescribed, 0.0};
   if (task.options.power_order != PowerOrder::kAsPrescribed) {
     const bool prism_too = task.options.power_order == PowerOrder::kCompensated;
     const WornGoal goal{{*wanted, prescribed.prism}, pose, prism_too ? PrismGoal::kAsWorn : PrismGoal::kAsOrdered};
     const Result<CompensatedForm> compensated = CompensatedLensForm(spec, goal, task.rim.outline, rule);
-    RETURN_IF_ERROR(compensated);
+    if (!compensated) return Fail(compensated);
     made = *compensated;
   }
   const Result<TracedPower> worn = TraceAsWorn(made.form, pose);
-  RETURN_IF_ERROR(worn);
+  if (!worn) return Fail(worn);
 
   design.form = made.form;
   report.prescribed = PowerFrom(prescribed.power, prescribed.prism);
@@ -329,9 +329,9 @@ Result<LensPair> DesignLensPair(const Prescription& prescription, const LensMate
     return DesignLens({eye, prescription.of(eye), frame.of(eye), material, options, vertex, frame.dbl});
   };
   const Result<LensDesign> right = design(Eye::kRight);
-  RETURN_IF_ERROR(right);
+  if (!right) return Fail(right);
   const Result<LensDesign> left = design(Eye::kLeft);
-  RETURN_IF_ERROR(left);
+  if (!left) return Fail(left);
   LensPair pair;
   pair.right = *right;
   pair.left = *left;

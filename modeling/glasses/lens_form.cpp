@@ -100,8 +100,10 @@ std::vector<Eigen::Vector2d> BoundaryOf(const LensOutline& outline) {
   for (std::size_t i = 0; i < outline.points.size(); ++i) {
     const Eigen::Vector2d& from = outline.points[i];
     const Eigen::Vector2d& to = outline.points[i + 1 == outline.points.size() ? 0 : i + 1];
-    const double parts = std::max(1.0, std::ceil((to - from).norm() / kBoundaryStep));
-    for (double part = 0.0; part < parts; ++part) boundary.emplace_back(from + (part / parts) * (to - from));
+    const auto parts = static_cast<std::size_t>(std::max(1.0, std::ceil((to - from).norm() / kBoundaryStep)));
+    for (std::size_t part = 0; part < parts; ++part) {
+      boundary.emplace_back(from + static_cast<double>(part) / static_cast<double>(parts) * (to - from));
+    }
   }
   return boundary;
 }
@@ -152,7 +154,7 @@ Result<LensForm> KeepRuleAt(const Eigen::Vector2d& thinnest, const LensForm& sta
     const double thickness = form.centre_thickness + missing;
     if (!(thickness < 2.0 * rule.largest)) return TooThick(thickness, rule);
     const Result<LensForm> next = BuildLensForm(spec, order, thickness);
-    RETURN_IF_ERROR(next);
+    if (!next) return Fail(next);
     form = *next;
   }
   return Fail(kAttempt, "no thickness keeps the minima", "use a smaller frame or a weaker lens");
@@ -172,13 +174,13 @@ tl::unexpected<Error> DoesNotReach(const LensForm& form, const LensOutline& outl
 /// What the goal is about, of a lens made to `order`.
 Result<Vector5d> WornNumbers(const LensForm& form, const Vector5d& order, const WornGoal& goal) {
   const Result<TracedPower> traced = TraceAsWorn(form, goal.pose);
-  RETURN_IF_ERROR(traced);
+  if (!traced) return Fail(traced);
   const Eigen::Vector2d ordered = order.tail<2>();
   return Packed(traced->power, goal.prism == PrismGoal::kAsWorn ? traced->prism : ordered);
 }
 Result<Vector5d> WornNumbers(const LensFormSpec& spec, const Vector5d& order, double thickness, const WornGoal& goal) {
   const Result<LensForm> form = BuildLensForm(spec, Unpacked(order), thickness);
-  RETURN_IF_ERROR(form);
+  if (!form) return Fail(form);
   return WornNumbers(*form, order, goal);
 }
 
@@ -188,7 +190,7 @@ Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, dou
   Vector5d order = start;
   for (int step = 0; step < kMostNewtonSteps; ++step) {
     const Result<Vector5d> worn = WornNumbers(spec, order, thickness, goal);
-    RETURN_IF_ERROR(worn);
+    if (!worn) return Fail(worn);
     const Vector5d error = *worn - wanted;
     if (error.cwiseAbs().maxCoeff() < kPowerDone) break;
     Matrix5d jacobian;
@@ -196,7 +198,7 @@ Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, dou
       Vector5d moved = order;
       moved[i] += kDifference;
       const Result<Vector5d> there = WornNumbers(spec, moved, thickness, goal);
-      RETURN_IF_ERROR(there);
+      if (!there) return Fail(there);
       jacobian.col(i) = (*there - *worn) / kDifference;
     }
     const Vector5d change = jacobian.partialPivLu().solve(error);
@@ -240,7 +242,7 @@ Result<LensForm> BuildLensForm(const LensFormSpec& spec, const LensOrder& order,
     // What arrives at the back: a flat back square to the ray adds nothing, so a focimeter reads exactly that.
     form.back = BackSurface(Eigen::Matrix2d::Zero(), form.back_point, back_normal);
     const Result<TracedPower> arriving = TraceFocimeter(form);
-    RETURN_IF_ERROR(arriving);
+    if (!arriving) return Fail(arriving);
     from_front = arriving->power;
   }
   form.back = BackSurface((from_front - order.power) / milli, form.back_point, back_normal);
@@ -252,7 +254,7 @@ Result<LensForm> ThinnestLensForm(const LensFormSpec& spec, const LensOrder& ord
   const std::vector<Eigen::Vector2d> boundary = BoundaryOf(outline);
   Result<LensForm> form = BuildLensForm(spec, order, rule.minimum_centre);
   for (int round = 0; round < kMostScans; ++round) {
-    RETURN_IF_ERROR(form);
+    if (!form) return Fail(form);
     const BoundaryScan scan = Scan(*form, boundary);
     if (!scan.reached) return DoesNotReach(*form, outline);
     if (std::abs(MissingThickness(*form, scan.thinnest, outline, rule)) < kThicknessDone) {
@@ -271,13 +273,13 @@ Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const Worn
   Vector5d order = target;
   for (int round = 0; round < kMostRounds; ++round) {
     const Result<LensForm> form = ThinnestLensForm(spec, Unpacked(order), outline, rule);
-    RETURN_IF_ERROR(form);
+    if (!form) return Fail(form);
     const Result<Vector5d> worn = WornNumbers(*form, order, goal);
-    RETURN_IF_ERROR(worn);
+    if (!worn) return Fail(worn);
     const double error = (*worn - target).cwiseAbs().maxCoeff();
     if (error < kCompensated) return CompensatedForm{*form, Unpacked(order), error};
     const Result<Vector5d> solved = SolveOrder(spec, order, form->centre_thickness, goal);
-    RETURN_IF_ERROR(solved);
+    if (!solved) return Fail(solved);
     order = *solved;
   }
   return Fail(kAttempt, "the compensation for tilt and vertex distance does not converge",

@@ -120,7 +120,8 @@ TEST(LensForm, BothMinimaHoldOverTheOutlineAndOneOfThemIsTouched) {
     double inner = 1e9;
     for (const Eigen::Vector2d& point : outline.points) {
       edge = std::min(edge, form->Thickness(point.x(), point.y()));
-      for (double share = 0.0; share < 1.0; share += 0.05) {
+      for (int twentieth = 0; twentieth < 20; ++twentieth) {
+        const double share = twentieth / 20.0;
         inner = std::min(inner, form->Thickness(share * point.x(), share * point.y()));
       }
     }

@@ -36,8 +36,10 @@ TEST(LensSurface, ATorusIsACircleTurnedAboutItsAxis) {
   for (const double ra : {55.0, 90.0, -60.0}) {
     for (const double rb : {70.0, 300.0, -200.0}) {
       const LensSurface torus = Upright(1.0 / ra, 1.0 / rb);
-      for (double phi = -0.4; phi <= 0.4; phi += 0.05) {
-        for (double psi = -0.3; psi <= 0.3; psi += 0.05) {
+      for (int i = -8; i <= 8; ++i) {
+        for (int j = -6; j <= 6; ++j) {
+          const double phi = 0.05 * i;
+          const double psi = 0.05 * j;
           const double u = ra * std::sin(phi);
           const double rho = rb - ra + ra * std::cos(phi);
           const double v = rho * std::sin(psi);

@@ -133,7 +133,8 @@ TEST(LensTrace, ARayBesideTheOpticalCentreFollowsPrentice) {
     const auto form = BuildLensForm(spec, order, power > 0 ? 4.0 : 1.5);
     ASSERT_TRUE(form);
     for (const double h : {1.0, 3.0, 6.0, 10.0}) {
-      for (double around = 0.0; around < kTwoPi; around += kTwoPi / 8.0) {
+      for (int eighth = 0; eighth < 8; ++eighth) {
+        const double around = kTwoPi * eighth / 8.0;
         const Eigen::Vector2d offset(h * std::cos(around), h * std::sin(around));
         const auto ray =
             test::Through(*form, form->front, form->back, {{offset.x(), offset.y(), 5.0}, -Eigen::Vector3d::UnitZ()});
