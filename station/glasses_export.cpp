@@ -67,6 +67,11 @@ DcsEdge EdgeOf(RimForm rim) {
   return DcsEdge::kBevel;
 }
 
+DcsFrame FrameOf(const FrameFile& file) {
+  if (file.design.details.rim == RimForm::kRimless) return DcsFrame::kRimless;
+  return file.material == DesignMaterial::kMetal ? DcsFrame::kMetal : DcsFrame::kPlastic;
+}
+
 void AddOrder(const EyePrescription& order, DcsEye& eye) {
   eye.ipd = order.pd;
   eye.ocht = order.height;
@@ -167,6 +172,7 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
   DcsJob job;
   job.job = options.reference;
   job.dbl = BoxingOf(source.frame).dbl;
+  job.frame = FrameOf(source.design);
   job.edge = EdgeOf(source.design.design.details.rim);
   job.confirmed_by = options.confirmed_by;
   job.right = trace->right;

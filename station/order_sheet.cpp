@@ -304,6 +304,7 @@ void OrderPages::Position() {
 void OrderPages::Goals() {
   const std::vector<SavedGoal> goals = GoalsOf(source_);
   if (goals.empty()) return;
+  Need(18.0 + kRow * static_cast<double>(goals.size()));
   Section("Fit", "95 % interval; a filled mark: within the usual range");
   std::vector<Row> rows;
   for (const SavedGoal& goal : goals) {

@@ -100,14 +100,14 @@ class Reader {
     const auto option = std::find_if(kDcsOptionals.begin(), kDcsOptionals.end(),
                                      [label](const DcsOptional& record) { return record.label == label; });
     const bool text = label == "JOB" || label == "LNAM" || label == "_CONFIRMED";
-    const bool known = text || label == "DBL" || label == "ETYP" || label == "DO" || label == "REQ" ||
-                       length != kDcsLengths.end() || option != kDcsOptionals.end();
+    const bool known = text || label == "DBL" || label == "FTYP" || label == "ETYP" || label == "DO" ||
+                       label == "REQ" || length != kDcsLengths.end() || option != kDcsOptionals.end();
     if (!known) return {};
     if (!seen_.emplace(label).second) return Refuse(fmt::format("{} is there twice", label));
     if (text) return Text(label, value);
     if (label == "DBL") return Dbl(value);
     if (label == "DO" && value != "B") return Refuse("DO is not B");
-    if (label == "ETYP") return Edge(value);
+    if (label == "FTYP" || label == "ETYP") return Kind(label, value);
     if (length != kDcsLengths.end()) return Length(*length, value);
     if (option != kDcsOptionals.end()) return Option(*option, value);
     return {};
@@ -121,10 +121,11 @@ class Reader {
     return {};
   }
 
-  Status Edge(std::string_view value) {
+  Status Kind(std::string_view label, std::string_view value) {
     const std::optional<int> kind = WholeOf(SplitAt(value, ';').front());
-    if (!kind || *kind < 1 || *kind > 3) return Refuse("ETYP is not 1, 2 or 3");
-    job_.edge = static_cast<DcsEdge>(*kind);
+    if (!kind || *kind < 1 || *kind > 3) return Refuse(fmt::format("{} is not 1, 2 or 3", label));
+    if (label == "FTYP") job_.frame = static_cast<DcsFrame>(*kind);
+    if (label == "ETYP") job_.edge = static_cast<DcsEdge>(*kind);
     return {};
   }
 
