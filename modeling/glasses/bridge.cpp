@@ -93,14 +93,14 @@ std::vector<BezierTube> MakeBridge(const FrameDesign& design, const TubeSection&
 }
 
 double FlankBottom(const FrameDesign& design, const Rim& rim) {
-  const double lowest = SideZ(rim, RimSide::kNose, 0.97);
+  const double lowest = SideZ(rim, RimSide::kNose, 1.0);
   return std::max(lowest, BridgeZ(design) - kFlankLength);
 }
 
 PatchShell KeyholeFlank(const FrameDesign& design, const Rim& rim) {
   const BezierCurve curve = HiddenCurve(rim, RimSide::kNose);
   const double from = RimParameterAt(rim, RimSide::kNose, BridgeZ(design));
-  const double to = RimParameterAt(rim, RimSide::kNose, FlankBottom(design, rim));
+  const double to = std::min(0.999, RimParameterAt(rim, RimSide::kNose, FlankBottom(design, rim)));
   BezierCurve seam = Split(Split(curve, to).first, from / to).second;
   if (rim.bent) {
     // The cubic through the bend at four even places.
