@@ -90,12 +90,13 @@ class Stl(Export):
         self.assertGreater(fused["Volume"], 0.9 * shells["Volume"])
 
     def test_a_wall_that_is_too_thin_is_refused_with_what_to_change(self):
-        self.design()
-        line = self.fails("glasses", "export", "frame.json", "--out", "f.stl", "--min-wall", "2",
-                          naming=("2.00 mm", "1.88 mm thick", "--depth 2.67", "--force"))
+        # s = l1/20 = 2.5 mm: the solid is 0.75·s deep, its bridge and temples a little less.
+        self.design("frame.json", "--style", "example2")
+        line = self.fails("glasses", "export", "frame.json", "--out", "f.stl", "--min-wall", "1.87",
+                          naming=("1.87 mm", "mm thick: design it deeper (--depth 2.", "--force"))
         self.assertIn("frame.json", line)
-        self.fails("glasses", "export", "frame.json", "--out", "f.stl", "--min-wall", "1.5",
-                   naming=("rim_", "mm thick at x", "--min-wall"))
+        self.fails("glasses", "export", "frame.json", "--out", "f.stl", "--min-wall", "1.6",
+                   naming=("arm_", "mm thick at x", "--min-wall"))
         note = self.export("frame.json", "--out", "f.stl", "--min-wall", "2", "--force")
         self.assertIn("f.stl: written although", note)
         self.assertEqual(self.export("frame.json", "--out", "g.stl", "--min-wall", "0.9"), "")
