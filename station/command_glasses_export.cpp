@@ -69,7 +69,7 @@ nlohmann::ordered_json ReportOf(const MadeFiles& made) {
   nlohmann::ordered_json report{{"notes", nlohmann::ordered_json::array()},
                                 {"solids", nlohmann::ordered_json::array()}};
   for (const auto& [path, file] : made) {
-    for (const std::string& note : file.notes) report["notes"].push_back(path + ": " + note);
+    for (const std::string& note : file.notes) report["notes"].push_back(fmt::format("{}: {}", path, note));
     for (const ExportedSolid& solid : file.solids) {
       report["solids"].push_back(
           {{"name", solid.body}, {"volume_mm3", solid.volume}, {"fused", solid.fused}, {"pieces", solid.pieces}});
@@ -112,7 +112,7 @@ Status RunExport(ExportOptions options, CommandIo& io) {
   std::string text;
   for (const auto& [path, file] : made) {
     RETURN_IF_ERROR(io.WriteText(path, file.bytes));
-    for (const std::string& note : file.notes) text += path + ": " + note + "\n";
+    for (const std::string& note : file.notes) text += fmt::format("{}: {}\n", path, note);
   }
   return options.json.empty() ? io.Print(text) : io.WriteJson(options.json, ReportOf(made));
 }

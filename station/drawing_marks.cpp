@@ -93,9 +93,10 @@ void DrawingMarks::CentreLine(const Vector2d& from, const Vector2d& to) {
       canvas_.Stroke({from + begin * along, from + std::min(begin + size, length) * along}, {0.13, kThin});
     }
   };
-  for (double at = 0.0; at < length; at += kDash + kDot + 2.0 * kPause) {
-    piece(at, kDash);
-    piece(at + kDash + kPause, kDot);
+  constexpr double kPeriod = kDash + kDot + 2.0 * kPause;
+  for (int k = 0; k < static_cast<int>(std::ceil(length / kPeriod)); ++k) {
+    piece(k * kPeriod, kDash);
+    piece(k * kPeriod + kDash + kPause, kDot);
   }
 }
 

@@ -342,7 +342,7 @@ Result<ExportedFile> GlassesDrawing(const GlassesSource& source, const GlassesEx
   canvas.NextPage();
   pages.Third();
   const auto bytes = canvas.Finish();
-  RETURN_IF_ERROR(bytes);
+  if (!bytes) return Fail(bytes);
   return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size())};
 }
 

@@ -365,7 +365,7 @@ void OrderPages::Signature() {
 
 Result<ExportedFile> OrderSheet(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto pair = LensesOf(source, options);
-  RETURN_IF_ERROR(pair);
+  if (!pair) return Fail(pair);
   SheetCanvas canvas("annulus glasses order");
   OrderPages pages(canvas, source, options);
   pages.Header();
@@ -378,7 +378,7 @@ Result<ExportedFile> OrderSheet(const GlassesSource& source, const GlassesExport
   pages.Signature();
   pages.Footer();
   const auto bytes = canvas.Finish();
-  RETURN_IF_ERROR(bytes);
+  if (!bytes) return Fail(bytes);
   return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size())};
 }
 

@@ -137,7 +137,7 @@ class Reader {
 
   Status Dbl(std::string_view value) {
     const Result<double> dbl = Number("DBL", value, 0.0, 100.0);
-    RETURN_IF_ERROR(dbl);
+    if (!dbl) return Fail(dbl);
     job_.dbl = *dbl;
     return {};
   }
@@ -146,9 +146,9 @@ class Reader {
     const auto parts = SplitAt(value, ';');
     if (parts.size() != 2) return Refuse(fmt::format("{} is not right;left", record.label));
     const Result<double> right = Number(record.label, parts[0], record.low, record.high);
-    RETURN_IF_ERROR(right);
+    if (!right) return Fail(right);
     const Result<double> left = Number(record.label, parts[1], record.low, record.high);
-    RETURN_IF_ERROR(left);
+    if (!left) return Fail(left);
     job_.right.*record.member = *right;
     job_.left.*record.member = *left;
     return {};
@@ -160,7 +160,7 @@ class Reader {
     for (std::size_t k = 0; k < 2; ++k) {
       if (parts[k].empty()) continue;
       const Result<double> number = Number(record.label, parts[k], record.low, record.high);
-      RETURN_IF_ERROR(number);
+      if (!number) return Fail(number);
       (k == 0 ? job_.right : job_.left).*record.member = *number;
     }
     return {};

@@ -35,7 +35,8 @@ std::string SideOf(const FitGoal& goal) {
 /// The plain sentence for a goal that is not met.
 std::string AdviceFor(const FitGoal& goal, const FittedFrame& fitted) {
   const bool is_low = goal.value < goal.low;
-  const double by = is_low ? goal.low - goal.value : goal.value - goal.high;
+  // Less than a tenth is said as a tenth: "0.0 too wide" helps nobody.
+  const double by = std::max(is_low ? goal.low - goal.value : goal.value - goal.high, 0.1);
   const bool padded = fitted.front.bearing == NoseBearing::kAdjust;
   const double middle = 0.5 * (goal.low + goal.high);
   const std::string side = SideOf(goal);

@@ -60,8 +60,8 @@ struct LensOptions {
   std::vector<double> stocked_bases{0.5, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12};  ///< D, in the lens's own index.
   PowerModel power_model = PowerModel::kBackVertex;
   PowerOrder power_order = PowerOrder::kCompensated;
-  double minimum_centre = 1.5;      ///< mm; 0.3…20: at the optical centre and the thinnest inner point.
-  double minimum_edge = 1.0;        ///< mm; 0.3…20: everywhere on the outline.
+  double minimum_centre = 1.5;  ///< mm; 0.3…20: at the optical centre and, 5 mm from the edge on, the thinnest point.
+  double minimum_edge = 1.0;    ///< mm; 0.3…20: everywhere on the outline.
   double largest_thickness = 25.0;  ///< mm; a thicker lens is refused.
   double tolerance = 0.13;          ///< D; the largest error of the power as worn in any meridian.
   double blank_allowance = 2.0;     ///< mm, added to ED + 2·decentration.

@@ -21,7 +21,7 @@ constexpr int kMostScans = 30;
 constexpr double kBoundaryStep = 0.4;    // mm
 constexpr double kThicknessDone = 1e-9;  // mm
 constexpr int kMostNewtonSteps = 12;
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 30;
 constexpr double kPowerDone = 1e-9;    // D and cm/m, at a fixed thickness
 constexpr double kCompensated = 1e-6;  // D and cm/m, thickness and power together
 constexpr double kDifference = 1e-4;   // D and cm/m, for the numeric Jacobian
@@ -129,13 +129,27 @@ BoundaryScan Scan(const LensForm& form, const std::vector<Eigen::Vector2d>& boun
   return scan;
 }
 
+/// From a point inside to the outline, mm.
+double DistanceToEdge(const LensOutline& outline, const Eigen::Vector2d& point) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < outline.points.size(); ++i) {
+    const Eigen::Vector2d& from = outline.points[i];
+    const Eigen::Vector2d side = outline.points[i + 1 == outline.points.size() ? 0 : i + 1] - from;
+    const double share = std::clamp((point - from).dot(side) / side.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (from + share * side - point).norm());
+  }
+  return least;
+}
+
 /// How much thicker (mm, negative: thinner) the lens must be for the rule, if its edge is thinnest at `thinnest`.
 double MissingThickness(const LensForm& form, const Eigen::Vector2d& thinnest, const LensOutline& outline,
                         const ThicknessRule& rule) {
   const double edge = form.Thickness(thinnest.x(), thinnest.y());
   double missing = std::max(rule.minimum_centre - form.centre_thickness, rule.minimum_edge - edge);
   const std::optional<InnerExtreme> inner = InnerExtremeOf(form, outline);
-  if (inner && inner->minimum) missing = std::max(missing, rule.minimum_centre - inner->thickness);
+  if (inner && inner->minimum) {
+    missing = std::max(missing, MinimumInside(rule, DistanceToEdge(outline, inner->position)) - inner->thickness);
+  }
   return missing;
 }
 
@@ -183,6 +197,35 @@ Result<Vector5d> WornNumbers(const LensFormSpec& spec, const Vector5d& order, do
   if (!form) return Fail(form);
   return WornNumbers(*form, order, goal);
 }
+
+/// The order needs the thickness and the thickness the order: the thickness t for which the order solved at t needs
+/// just t, by the secant rule.
+class ThicknessSearch {
+ public:
+  /// The thickness to try after the last one tried turned out to need `needed`.
+  double Next(double needed) {
+    const double excess = needed - tried_;
+    const double bend = excess - last_excess_;
+    double next = needed;
+    if (rounds_ >= 2 && std::abs(bend) > 0.0) {
+      const double secant = tried_ - excess * (tried_ - last_tried_) / bend;
+      // A kink of the rule can throw the secant far off.
+      if (std::abs(secant - needed) < kFarthest * std::abs(excess)) next = secant;
+    }
+    ++rounds_;
+    last_tried_ = tried_;
+    last_excess_ = excess;
+    tried_ = next;
+    return next;
+  }
+
+ private:
+  static constexpr double kFarthest = 3.0;
+  int rounds_ = 0;  ///< The first call has tried nothing; the second knows one excess.
+  double tried_ = 0.0;
+  double last_tried_ = 0.0;
+  double last_excess_ = 0.0;
+};
 
 /// One Newton search at a fixed thickness.
 Result<Vector5d> SolveOrder(const LensFormSpec& spec, const Vector5d& start, double thickness, const WornGoal& goal) {
@@ -249,6 +292,12 @@ Result<LensForm> BuildLensForm(const LensFormSpec& spec, const LensOrder& order,
   return form;
 }
 
+double MinimumInside(const ThicknessRule& rule, double from_edge) {
+  constexpr double kBorder = 5.0;  // mm
+  const double share = std::clamp(from_edge / kBorder, 0.0, 1.0);
+  return rule.minimum_edge + share * (rule.minimum_centre - rule.minimum_edge);
+}
+
 Result<LensForm> ThinnestLensForm(const LensFormSpec& spec, const LensOrder& order, const LensOutline& outline,
                                   const ThicknessRule& rule) {
   const std::vector<Eigen::Vector2d> boundary = BoundaryOf(outline);
@@ -271,6 +320,7 @@ Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const Worn
                                             const ThicknessRule& rule) {
   const Vector5d target = Packed(goal.wanted.power, goal.wanted.prism);
   Vector5d order = target;
+  ThicknessSearch search;
   for (int round = 0; round < kMostRounds; ++round) {
     const Result<LensForm> form = ThinnestLensForm(spec, Unpacked(order), outline, rule);
     if (!form) return Fail(form);
@@ -278,7 +328,7 @@ Result<CompensatedForm> CompensatedLensForm(const LensFormSpec& spec, const Worn
     if (!worn) return Fail(worn);
     const double error = (*worn - target).cwiseAbs().maxCoeff();
     if (error < kCompensated) return CompensatedForm{*form, Unpacked(order), error};
-    const Result<Vector5d> solved = SolveOrder(spec, order, form->centre_thickness, goal);
+    const Result<Vector5d> solved = SolveOrder(spec, order, search.Next(form->centre_thickness), goal);
     if (!solved) return Fail(solved);
     order = *solved;
   }

@@ -40,10 +40,13 @@ struct LensOrder {
 
 /// How thick a lens must be at least, mm.
 struct ThicknessRule {
-  double minimum_centre = 1.5;  ///< At the reference point, and at the thinnest point inside the outline.
+  double minimum_centre = 1.5;  ///< At the reference point, and at the thinnest inner point (MinimumInside).
   double minimum_edge = 1.0;    ///< Everywhere on the outline.
   double largest = 25.0;        ///< A lens that is thicker anywhere is refused.
 };
+/// What the thinnest inner point must have `from_edge` mm inside the outline: minimum_centre from 5 mm on, towards the
+/// edge evenly minimum_edge, so that nothing jumps when a prism moves that point over the edge.
+[[nodiscard]] double MinimumInside(const ThicknessRule& rule, double from_edge);
 
 /// The thinnest lens that keeps the rule over `outline`. Fails if a surface does not reach the outline or the lens
 /// would be too thick; says by how much.

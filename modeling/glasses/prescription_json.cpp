@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "annulus-rx";
 constexpr int kVersion = 1;
-constexpr const char* kAdvice = "correct the file; docs/file-formats.md describes RX.json";
+constexpr const char* kAdvice = "correct the file; docs/formats.md describes RX.json";
 constexpr std::size_t kLargestFile = 1 << 20;
 
 /// What is wrong with the file. Thrown by the readers of its fields, caught in PrescriptionFromJson.

@@ -49,7 +49,9 @@ TEST_F(RankOnAHead, PutsFramesThatCannotBeWornLastAndSaysWhy) {
     EXPECT_TRUE(fits || !frame.wearable) << k;
     fits = frame.wearable;
     EXPECT_EQ(frame.wearable, frame.advice.empty());
-    if (k > 0 && (*ranked)[k - 1].wearable == frame.wearable) EXPECT_GE((*ranked)[k - 1].score, frame.score);
+    if (k > 0 && (*ranked)[k - 1].wearable == frame.wearable) {
+      EXPECT_GE((*ranked)[k - 1].score, frame.score);
+    }
   }
   EXPECT_TRUE(ranked->front().wearable) << "of 90 frames at least one fits an adult";
 }

@@ -141,9 +141,10 @@ TEST_F(PoseProblemOnAHead, ItsJacobianIsThatOfNumericDifferences) {
         values[k] -= 2.0 * kStep;
         ASSERT_TRUE(problem->Evaluate(FrontState::FromVector(values.data()), below, nullptr));
         const Eigen::VectorXd numeric = (above - below) / (2.0 * kStep);
-        // The gradient is the distance's at the skin; off it, it leaves out how the slope itself changes.
         const double difference = (jacobian.col(k) - numeric).norm();
-        EXPECT_LE(difference, 0.12 * numeric.norm() + 1e-3) << style << " variable " << k;
+        // The size's columns are differences themselves, over 1e-3.
+        const double share = k < FrontState::kPoseSize ? 1e-5 : 2e-2;
+        EXPECT_LE(difference, share * numeric.norm() + 1e-4) << style << " variable " << k;
       }
     }
   }
@@ -157,7 +158,7 @@ TEST_F(PoseProblemOnAHead, StartsWithThePupilsWhereTheyAreWanted) {
   ASSERT_TRUE(front);
   const auto numbers = NumbersOf(*front, problem->task().inputs, start.pose);
   EXPECT_NEAR(0.5 * (numbers.vertex_distance[0] + numbers.vertex_distance[1]), 13.0, 1.0);
-  EXPECT_NEAR(DegreesFromRadians(numbers.pantoscopic_tilt), 10.0, 0.5);
+  EXPECT_NEAR(DegreesFromRadians(numbers.pantoscopic_tilt), 10.0, 1.0);  // the face form tilts the lenses a little
   EXPECT_NEAR(0.5 * (numbers.pupil_above_centre[0] + numbers.pupil_above_centre[1]), 3.0, 3.0);
 }
 

@@ -132,10 +132,20 @@ TEST(LensForm, BothMinimaHoldOverTheOutlineAndOneOfThemIsTouched) {
     double touch = std::min(edge - rule.minimum_edge, form->centre_thickness - rule.minimum_centre);
     if (extreme && extreme->minimum) {
       EXPECT_GE(inner, extreme->thickness - 1e-9) << "the inner extreme is the thinnest point";
-      EXPECT_GE(extreme->thickness, rule.minimum_centre - 1e-8);
-      touch = std::min(touch, extreme->thickness - rule.minimum_centre);
+      // minimum_centre from 5 mm inside on, evenly down (or up) to minimum_edge at the edge.
+      double from_edge = 1e9;
+      for (const Eigen::Vector2d& point : outline.points) {
+        from_edge = std::min(from_edge, (point - extreme->position).norm());
+      }
+      const double share = std::min(1.0, from_edge / 5.0);
+      const double required = rule.minimum_edge + share * (rule.minimum_centre - rule.minimum_edge);
+      EXPECT_GE(extreme->thickness, required - 0.02) << "the outline's points are 1 mm apart";
+      if (share == 1.0) {
+        EXPECT_GE(extreme->thickness, rule.minimum_centre - 1e-8);
+      }
+      touch = std::min(touch, extreme->thickness - required);
     }
-    EXPECT_LE(touch, 0.002) << "between the outline's points it may be a little thinner";
+    EXPECT_LE(touch, 0.02) << "between the outline's points it may be a little thinner";
   }
   EXPECT_GT(made, 250);
 }
