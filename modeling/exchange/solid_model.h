@@ -45,8 +45,9 @@ class SolidBody {
 
 /// Every shell becomes a solid, then they are united (Open CASCADE's Boolean operations, five ways in turn). A union
 /// counts only if Open CASCADE finds it valid, it has no more pieces than the shells hang together to, and its volume
-/// is that of the shells' union within 0.1 %; both are found without Open CASCADE (OverlapVolume). If no way leads
-/// there the separate solids are kept, and note() says so. Fails if a shell is no solid.
+/// is that of the shells' union within 0.1 % and 2 % of their overlap; both are found without Open CASCADE
+/// (OverlapVolume). If no way leads there the separate solids are kept, and note() says so. Fails if a shell is no
+/// solid.
 [[nodiscard]] Result<SolidBody> SolidBodyOf(const ShellBody& body);
 
 /// The skin of a body as a mesh whose triangles are within `deflection` mm of it, closed in float32 (InFloats). One
