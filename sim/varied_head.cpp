@@ -246,16 +246,19 @@ FaceTruth HeadBuilder::Face(const StarTube& tube) const {
   const auto ear_top = [&](std::size_t side) -> Vector3d {
     const std::vector<TubeBump> ear = Ear(side);
     const double theta = ear.front().theta;
-    const auto relief = [&](double z) {
+    const auto relief = [&](double turn, double z) {
       double sum = 0.0;
-      for (const TubeBump& bump : ear) sum += BumpHeight(bump, theta, z);
+      for (const TubeBump& bump : ear) sum += BumpHeight(bump, theta + turn, z);
       return sum;
     };
     const double middle = ear.front().z;
     const double half = v_.ear_half_height[side];
-    const double fifth = 0.2 * relief(FindMaximum(relief, middle, middle + half));
-    const double z =
-        FindMaximum([&](double at) { return -std::abs(relief(at) - fifth); }, middle + 0.4 * half, middle + 1.5 * half);
+    double largest = 0.0;
+    for (double z = middle - half; z <= middle + half; z += 0.5) {
+      for (double turn = -0.2; turn <= 0.2; turn += 0.01) largest = std::max(largest, relief(turn, z));
+    }
+    const double z = FindMaximum([&](double at) { return -std::abs(relief(0.0, at) - 0.2 * largest); },
+                                 middle + 0.4 * half, middle + 1.5 * half);
     return tube.Point(theta, z);
   };
   return {eye(0),

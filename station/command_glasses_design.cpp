@@ -92,7 +92,7 @@ std::string LibraryTable(const FrameLibrary& library) {
 Result<FrameLibrary> LibraryOf(const DesignOptions& options, CommandIo& io) {
   if (options.library.empty()) return BuiltInFrameLibrary();
   Result<FrameLibrary> own = ReadFrameLibraryFile(io.storage(), options.library);
-  RETURN_IF_ERROR(own);
+  if (!own) return Fail(own);
   return Merged(*std::move(own), BuiltInFrameLibrary());
 }
 
@@ -104,7 +104,7 @@ Status List(const FrameLibrary& library, const DesignOptions& options, CommandIo
 
 Status RunDesign(const DesignOptions& options, CommandIo& io) {
   const Result<FrameLibrary> library = LibraryOf(options, io);
-  RETURN_IF_ERROR(library);
+  if (!library) return Fail(library);
   if (options.list) return List(*library, options, io);
   io.set_failure_code(2);  // What was typed is wrong.
   if (options.out.empty() && options.json.empty() && options.picture.empty()) {
@@ -116,18 +116,18 @@ Status RunDesign(const DesignOptions& options, CommandIo& io) {
     if (!text.empty()) request.fields.emplace_back(option, text);
   }
   const Result<ComposedDesign> composed = ComposeDesign(*library, request);
-  RETURN_IF_ERROR(composed);
+  if (!composed) return Fail(composed);
   io.set_failure_code(1);
   for (const std::string& message : composed->messages) PrintNote("adjusted: " + message);
   const FrameFile& file = composed->file;
   const Result<Frame> frame = BuildFrame(file.design, file.adjustment.value_or(StandardAdjustment(file.design)));
-  RETURN_IF_ERROR(frame);
+  if (!frame) return Fail(frame);
   if (!options.out.empty()) RETURN_IF_ERROR(io.WriteText(options.out, FrameToJson(file)));
   if (!options.picture.empty()) {
     TaskContext task;
     task.stop = io.stop();
     const auto image = DrawDesign(*frame, MaterialOf(*composed), options.picture_width, task);
-    RETURN_IF_ERROR(image);
+    if (!image) return Fail(image);
     RETURN_IF_ERROR(WritePngFile(io.storage(), options.picture, *image));
   }
   return options.json.empty() ? Status{} : io.WriteJson(options.json, DesignReport(*composed, *frame));

@@ -5,6 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "station/command_glasses.h"
 #include "station/files.h"
@@ -21,6 +24,7 @@ struct ExportOptions {
   std::string order_sheet;
   std::string prescription;
   double least_wall = 0.0;
+  std::string json;
   bool fused = false;
   bool force = false;
   GlassesExportOptions glasses;
@@ -58,6 +62,22 @@ tl::unexpected<Error> FailTo(const std::string& source, const std::string& targe
   return tl::unexpected(error);
 }
 
+using MadeFiles = std::vector<std::pair<std::string, ExportedFile>>;
+
+/// {"notes": ["file: what its maker should know", …], "solids": [{"name", "volume_mm3", "fused", "pieces"}, …]}.
+nlohmann::ordered_json ReportOf(const MadeFiles& made) {
+  nlohmann::ordered_json report{{"notes", nlohmann::ordered_json::array()},
+                                {"solids", nlohmann::ordered_json::array()}};
+  for (const auto& [path, file] : made) {
+    for (const std::string& note : file.notes) report["notes"].push_back(fmt::format("{}: {}", path, note));
+    for (const ExportedSolid& solid : file.solids) {
+      report["solids"].push_back(
+          {{"name", solid.body}, {"volume_mm3", solid.volume}, {"fused", solid.fused}, {"pieces", solid.pieces}});
+    }
+  }
+  return report;
+}
+
 Status RunExport(ExportOptions options, CommandIo& io) {
   std::vector<const ExportFormat*> formats;
   for (const std::string& out : options.outs) {
@@ -78,7 +98,7 @@ Status RunExport(ExportOptions options, CommandIo& io) {
   if (options.force) options.glasses.thin_walls = GlassesExportOptions::ThinWalls::kWarn;
   if (options.least_wall > 0.0) options.glasses.least_wall = options.least_wall;
   // All files are made before the first is written: an error leaves nothing behind.
-  std::vector<std::pair<std::string, ExportedFile>> made;
+  MadeFiles made;
   for (std::size_t k = 0; k < formats.size(); ++k) {
     auto file = formats[k]->write(*source, options.glasses);
     if (!file) return FailTo(options.source, options.outs[k], file.error());
@@ -89,11 +109,12 @@ Status RunExport(ExportOptions options, CommandIo& io) {
     if (!sheet) return FailTo(options.source, options.order_sheet, sheet.error());
     made.emplace_back(options.order_sheet, std::move(*sheet));
   }
+  std::string text;
   for (const auto& [path, file] : made) {
     RETURN_IF_ERROR(io.WriteText(path, file.bytes));
-    for (const std::string& note : file.notes) RETURN_IF_ERROR(io.Print(path + ": " + note + "\n"));
+    for (const std::string& note : file.notes) text += fmt::format("{}: {}\n", path, note);
   }
-  return {};
+  return options.json.empty() ? io.Print(text) : io.WriteJson(options.json, ReportOf(made));
 }
 
 }  // namespace
@@ -126,6 +147,7 @@ void AddGlassesExport(CLI::App& parent, CommandWork& chosen) {
       ->check(CLI::Range(0.01, 20.0));
   command->add_flag("--fused", options->fused, "STL with one skin round each body");
   command->add_flag("--force", options->force, "write although a wall is too thin");
+  AddJsonOption(*command, options->json);
   command->footer("Example: annulus glasses export worn.json --out frame.stl --out frame.pdf");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunExport(*options, io); }; });
 }

@@ -29,6 +29,13 @@ void DrawingMarks::Arrow(const Vector2d& tip, const Vector2d& away) {
   canvas_.Fill({{tip, tip + kArrow * away + 0.17 * kArrow * side, tip + kArrow * away - 0.17 * kArrow * side}}, kThin);
 }
 
+void DrawingMarks::Label(const Vector2d& at, const std::string& text, Align align) {
+  const double width = canvas_.TextWidth(text, {kSize, kInk});
+  const double left = align == Align::kCentre ? at.x() - 0.5 * width : at.x();
+  canvas_.FillRectangle({left - 0.5, at.y() - 2.4}, {width + 1.0, 2.9}, {1.0, 1.0, 1.0});
+  canvas_.Text(at, text, {kSize, kInk, Weight::kRegular, align});
+}
+
 void DrawingMarks::Level(const Vector2d& from, const Vector2d& to, double y, const std::string& text) {
   for (const Vector2d& p : {from, to}) {
     const double way = Sign(p.y(), y);
@@ -43,9 +50,9 @@ void DrawingMarks::Level(const Vector2d& from, const Vector2d& to, double y, con
   Arrow({left, y}, {outside ? -1.0 : 1.0, 0.0});
   Arrow({right, y}, {outside ? 1.0 : -1.0, 0.0});
   if (tight) {
-    canvas_.Text({right + reach + 1.0, y - 0.9}, text, {kSize, kInk});
+    Label({right + reach + 1.0, y - 0.9}, text, Align::kLeft);
   } else {
-    canvas_.Text({0.5 * (left + right), y - 0.9}, text, {kSize, kInk, Weight::kRegular, Align::kCentre});
+    Label({0.5 * (left + right), y - 0.9}, text, Align::kCentre);
   }
 }
 
@@ -86,9 +93,10 @@ void DrawingMarks::CentreLine(const Vector2d& from, const Vector2d& to) {
       canvas_.Stroke({from + begin * along, from + std::min(begin + size, length) * along}, {0.13, kThin});
     }
   };
-  for (double at = 0.0; at < length; at += kDash + kDot + 2.0 * kPause) {
-    piece(at, kDash);
-    piece(at + kDash + kPause, kDot);
+  constexpr double kPeriod = kDash + kDot + 2.0 * kPause;
+  for (int k = 0; k < static_cast<int>(std::ceil(length / kPeriod)); ++k) {
+    piece(k * kPeriod, kDash);
+    piece(k * kPeriod + kDash + kPause, kDot);
   }
 }
 

@@ -24,6 +24,8 @@ class DrawingMarks {
   void ScaleBar(const Eigen::Vector2d& corner);
 
  private:
+  /// Level text on white, so that no line crosses it.
+  void Label(const Eigen::Vector2d& at, const std::string& text, SheetText::Align align);
   void Arrow(const Eigen::Vector2d& tip, const Eigen::Vector2d& away);
 
   SheetCanvas& canvas_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +28,7 @@ constexpr SheetColour kEstimate{0.72, 0.32, 0.06};
 constexpr double kPageWidth = SheetCanvas::kHeight;  // landscape
 constexpr double kPageHeight = SheetCanvas::kWidth;
 constexpr double kMargin = 10.0;
-constexpr double kTitleWidth = 104.0;
+constexpr double kTitleWidth = 84.0;
 constexpr double kTitleHeight = 30.0;
 
 std::string Millimetres(double value) { return fmt::format("{:.1f}", value); }
@@ -52,7 +53,7 @@ class PlacedView {
   Vector2d origin_;
 };
 
-/// Both pages, one after the other.
+/// The pages, one after the other.
 class DrawingPages {
  public:
   DrawingPages(SheetCanvas& canvas, const GlassesSource& source, const GlassesExportOptions& options)
@@ -60,6 +61,7 @@ class DrawingPages {
 
   void First();
   void Second();
+  void Third();
 
  private:
   void Border(int page);
@@ -72,6 +74,8 @@ class DrawingPages {
   /// Corners of a lens' box in the front view, lower left and upper right as seen.
   [[nodiscard]] std::array<Vector2d, 2> BoxInFront(Eye eye) const;
   [[nodiscard]] std::string Name() const;
+  /// A width of a lens in the front view; it is A only if the lens is not turned.
+  [[nodiscard]] std::string WidthText(double width) const;
 
   SheetCanvas& canvas_;
   DrawingMarks marks_;
@@ -83,6 +87,10 @@ class DrawingPages {
 std::string DrawingPages::Name() const {
   const std::string& style = source_.design.design.style;
   return style.empty() ? "frame" : style;
+}
+
+std::string DrawingPages::WidthText(double width) const {
+  return (std::abs(width - boxing_.a) < 0.05 ? "A " : "") + Millimetres(width);
 }
 
 void DrawingPages::Border(int page) {
@@ -103,13 +111,13 @@ void DrawingPages::Border(int page) {
   };
   const auto& material = source_.design.material;
   field(left + 3.0, top + 11.6, "material", material ? std::string(DesignMaterialWord(*material)) : "not given");
-  field(left + 36.0, top + 11.6, "reference", options_.reference.empty() ? "–" : options_.reference);
+  field(left + 30.0, top + 11.6, "reference", options_.reference.empty() ? "–" : options_.reference);
   field(left + 3.0, top + 21.0, "scale", "1:1");
-  field(left + 18.0, top + 21.0, "lengths", "mm");
-  field(left + 36.0, top + 21.0, "projection", "third angle");
-  field(left + 64.0, top + 21.0, "made by", "annulus");
-  field(left + 88.0, top + 21.0, "sheet", fmt::format("{} of 2", page));
-  marks_.ScaleBar({left - 62.0, bottom - 6.0});
+  field(left + 15.0, top + 21.0, "lengths", "mm");
+  field(left + 30.0, top + 21.0, "projection", "third angle");
+  field(left + 52.0, top + 21.0, "made by", "annulus");
+  field(left + 70.0, top + 21.0, "sheet", fmt::format("{} of 3", page));
+  marks_.ScaleBar({kMargin + 12.0, bottom - 6.0});
 }
 
 std::array<Vector2d, 2> DrawingPages::BoxInFront(Eye eye) const {
@@ -155,10 +163,9 @@ void DrawingPages::Front(const Vector2d& origin) {
   const auto left = BoxInFront(Eye::kLeft);
   const auto lower = [&view](const Vector2d& p) { return view.OnPage(p); };
   const double first = low.y() + 7.0;
-  marks_.Level(lower(right[0]), lower({right[1].x(), right[0].y()}), first,
-               "A " + Millimetres(right[1].x() - right[0].x()));
+  marks_.Level(lower(right[0]), lower({right[1].x(), right[0].y()}), first, WidthText(right[1].x() - right[0].x()));
   marks_.Level(lower({right[1].x(), right[0].y()}), lower(left[0]), first, "DBL " + Millimetres(boxing_.dbl));
-  marks_.Level(lower(left[0]), lower({left[1].x(), left[0].y()}), first, "A " + Millimetres(left[1].x() - left[0].x()));
+  marks_.Level(lower(left[0]), lower({left[1].x(), left[0].y()}), first, WidthText(left[1].x() - left[0].x()));
   marks_.Level({low.x(), origin.y()}, {high.x(), origin.y()}, first + 7.5, Millimetres(lines.box.sizes().x()));
   marks_.Upright(lower(right[0]), lower({right[0].x(), right[1].y()}), low.x() - 6.0,
                  "B " + Millimetres(right[1].y() - right[0].y()));
@@ -200,7 +207,7 @@ void DrawingPages::Top(double centre, double top) {
   const Vector2d low = view.OnPage(lines.box.min());
   const Vector2d high = view.OnPage(lines.box.max());
   marks_.CentreLine({centre, high.y()}, {centre, low.y() + 3.0});
-  marks_.Level({low.x(), low.y() - 6.0}, {high.x(), low.y() - 6.0}, low.y() + 7.0, Millimetres(lines.box.sizes().x()));
+  marks_.Level({low.x(), low.y() - 6.0}, {high.x(), low.y() - 6.0}, low.y() + 6.0, Millimetres(lines.box.sizes().x()));
   marks_.Upright({low.x(), high.y()}, {low.x() + 20.0, low.y()}, low.x() - 6.0, Millimetres(lines.box.sizes().y()));
   const Frame& frame = source_.frame;
   marks_.Level(view.At(frame.arm_right.ear_point), view.At(frame.arm_left.ear_point),
@@ -263,7 +270,7 @@ void DrawingPages::Facts(const Vector2d& corner) {
   if (source_.worn)
     rows.emplace_back("tilt as worn", fmt::format("{:.1f}°", DegreesFromRadians(source_.worn->worn.tilt)));
   constexpr double kRow = 5.2;
-  constexpr double kWidth = 92.0;
+  constexpr double kWidth = 74.0;
   canvas_.Text(corner, "sizes in mm, boxing system", {9.0, kInk, Weight::kBold});
   double y = corner.y() + 2.0;
   for (const auto& [label, value] : rows) {
@@ -272,34 +279,71 @@ void DrawingPages::Facts(const Vector2d& corner) {
     canvas_.Text({corner.x() + kWidth, y}, value, {8.5, kInk, Weight::kBold, Align::kRight});
     canvas_.Stroke({{corner.x(), y + 1.5}, {corner.x() + kWidth, y + 1.5}}, {0.1, kSoft});
   }
+  canvas_.Paragraph(
+      {corner.x(), y + 8.0}, kWidth,
+      "Dashed: the box of each lens about the apex of its bevel, seen from the front; A and B are measured in "
+      "the lens' plane. Hidden lines are left out. Print at 100 %, without fitting to the page.",
+      {7.0, kSoft});
 }
 
 void DrawingPages::First() {
   Border(1);
-  const ViewLines lines = VisibleLines(FrameBodies(source_.frame), FrameView::kFront);
-  Front({32.0 - lines.box.min().x(), 32.0 + lines.box.max().y()});
-  Side(30.0, 122.0);
-  Facts({192.0, 32.0});
+  const Eigen::AlignedBox2d box = VisibleLines(FrameBodies(source_.frame), FrameView::kFront).box;
+  Front({30.0 - box.min().x(), 36.0 + box.max().y()});
+  Facts({209.0, 24.0});
 }
 
 void DrawingPages::Second() {
   Border(2);
-  const ViewLines lines = VisibleLines(FrameBodies(source_.frame), FrameView::kTop);
-  Top(32.0 - lines.box.min().x(), 16.0);
-  Lens({238.0, 78.0});
+  Side(34.0, 36.0);
+  Lens({246.0, 74.0});
+}
+
+void DrawingPages::Third() {
+  Border(3);
+  const Eigen::AlignedBox2d box = VisibleLines(FrameBodies(source_.frame), FrameView::kTop).box;
+  Top(23.0 - box.min().x(), 16.0);
+}
+
+/// Fails if a view does not fit on its page at 1:1.
+Status CheckRoom(const GlassesSource& source) {
+  constexpr double kWidest = 178.0;
+  constexpr double kHighest = 160.0;
+  for (const FrameView view : {FrameView::kFront, FrameView::kSide, FrameView::kTop}) {
+    Eigen::AlignedBox2d box;
+    for (const FrameBody& body : FrameBodies(source.frame)) {
+      for (const PatchShell& shell : body.shells) {
+        for (const ShellPatch& piece : shell.patches) {
+          for (const auto& row : piece.patch.control_net()) {
+            for (const Vector3d& p : row) box.extend(InView(view, p));
+          }
+        }
+      }
+    }
+    const Vector2d size = box.sizes();
+    if (size.x() <= kWidest && size.y() <= kHighest) continue;
+    return Fail(
+        "draw the frame 1:1",
+        fmt::format("a view is {:.0f} × {:.0f} mm, A4 holds {:.0f} × {:.0f}", size.x(), size.y(), kWidest, kHighest),
+        "export .step and draw it on a larger sheet");
+  }
+  return {};
 }
 
 }  // namespace
 
 Result<ExportedFile> GlassesDrawing(const GlassesSource& source, const GlassesExportOptions& options) {
+  RETURN_IF_ERROR(CheckRoom(source));
   SheetCanvas canvas("annulus frame drawing", PageTurn::kLandscape);
   DrawingPages pages(canvas, source, options);
   pages.First();
   canvas.NextPage();
   pages.Second();
+  canvas.NextPage();
+  pages.Third();
   const auto bytes = canvas.Finish();
-  RETURN_IF_ERROR(bytes);
-  return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()), {}};
+  if (!bytes) return Fail(bytes);
+  return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size())};
 }
 
 }  // namespace annulus

@@ -67,6 +67,11 @@ DcsEdge EdgeOf(RimForm rim) {
   return DcsEdge::kBevel;
 }
 
+DcsFrame FrameOf(const FrameFile& file) {
+  if (file.design.details.rim == RimForm::kRimless) return DcsFrame::kRimless;
+  return file.material == DesignMaterial::kMetal ? DcsFrame::kMetal : DcsFrame::kPlastic;
+}
+
 void AddOrder(const EyePrescription& order, DcsEye& eye) {
   eye.ipd = order.pd;
   eye.ocht = order.height;
@@ -95,8 +100,9 @@ bool IsName(const std::string& text) {
 
 Result<ExportedFile> GlassesStl(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto notes = WallNotes(source, options);
-  RETURN_IF_ERROR(notes);
-  ExportedFile file{"", *notes};
+  if (!notes) return Fail(notes);
+  ExportedFile file;
+  file.notes = *notes;
   TriangleMesh whole;
   for (const FrameBody& body : FrameBodies(source.frame)) {
     const bool fuse = options.skin == GlassesExportOptions::Skin::kFused;
@@ -112,20 +118,22 @@ Result<ExportedFile> GlassesStl(const GlassesSource& source, const GlassesExport
 
 Result<ExportedFile> GlassesStep(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto notes = WallNotes(source, options);
-  RETURN_IF_ERROR(notes);
-  ExportedFile file{"", *notes};
+  if (!notes) return Fail(notes);
+  ExportedFile file;
+  file.notes = *notes;
   std::vector<SolidBody> bodies;
   for (const FrameBody& body : FrameBodies(source.frame)) {
     const auto solid = SolidBodyOf({body.name, body.shells});
-    RETURN_IF_ERROR(solid);
+    if (!solid) return Fail(solid);
     if (!solid->fused()) {
       file.notes.push_back(
           fmt::format("{} is written as {} separate solids: {}", body.name, solid->pieces(), solid->note()));
     }
+    file.solids.push_back({body.name, solid->volume(), solid->fused(), solid->pieces()});
     bodies.push_back(*solid);
   }
   const auto text = StepText(bodies, "annulus frame");
-  RETURN_IF_ERROR(text);
+  if (!text) return Fail(text);
   file.bytes = *text;
   return file;
 }
@@ -144,12 +152,12 @@ Result<std::optional<LensPair>> LensesOf(const GlassesSource& source, const Glas
   const auto order = CentredPrescription(source, options);
   if (!order) return std::optional<LensPair>();
   const auto material = FindLensMaterial(options.lens_material);
-  RETURN_IF_ERROR(material);
+  if (!material) return Fail(material);
   const FrameForLenses frame{{LensOutlineOf(source.frame, Eye::kRight), PositionOf(source, Eye::kRight)},
                              {LensOutlineOf(source.frame, Eye::kLeft), PositionOf(source, Eye::kLeft)},
                              BoxingOf(source.frame).dbl};
   auto pair = DesignLensPair(*order, *material, frame, {});
-  RETURN_IF_ERROR(pair);
+  if (!pair) return Fail(pair);
   return std::optional<LensPair>(std::move(*pair));
 }
 
@@ -159,11 +167,12 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
                 "have an optician confirm PDs and heights, then give --confirmed-by NAME");
   }
   const auto trace = TraceOutlines(LensOutlineOf(source.frame, Eye::kRight), LensOutlineOf(source.frame, Eye::kLeft));
-  RETURN_IF_ERROR(trace);
+  if (!trace) return Fail(trace);
   ExportedFile file;
   DcsJob job;
   job.job = options.reference;
   job.dbl = BoxingOf(source.frame).dbl;
+  job.frame = FrameOf(source.design);
   job.edge = EdgeOf(source.design.design.details.rim);
   job.confirmed_by = options.confirmed_by;
   job.right = trace->right;
@@ -201,7 +210,7 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
 ExportedFile GlassesJson(const GlassesSource& source) {
   FrameFile file = source.design;
   file.adjustment = source.frame.adjustment;
-  return {FrameToJson(file), {}};
+  return {FrameToJson(file)};
 }
 
 }  // namespace annulus

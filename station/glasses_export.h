@@ -25,10 +25,19 @@ struct GlassesExportOptions {
   std::string lens_material = "cr39";
 };
 
+/// A solid of a STEP file.
+struct ExportedSolid {
+  std::string body;
+  double volume = 0.0;     ///< mm³
+  bool fused = false;      ///< Not so: the shells' solids, overlapping.
+  std::size_t pieces = 0;  ///< Solids in the file.
+};
+
 /// A file as it will be written, and what its maker should know.
 struct ExportedFile {
   std::string bytes;
-  std::vector<std::string> notes;  ///< One line each.
+  std::vector<std::string> notes{};     ///< One line each.
+  std::vector<ExportedSolid> solids{};  ///< Of a STEP file.
 };
 
 /// Binary STL of the frame for printing, frame frame, mm: closed, without triangles that have lost a side in float32.

@@ -33,21 +33,21 @@ Vector3d InFrame(const Frame& frame, Eye eye, const Eigen::Vector2d& p) {
 
 Result<GlassesSource> ReadGlasses(Storage& storage, const std::string& path) {
   const auto text = ReadTextFile(storage, path);
-  RETURN_IF_ERROR(text);
+  if (!text) return Fail(text);
   FrameFile design;
   std::optional<WornFile> worn;
   if (FormatOf(*text) == "annulus-frame") {
     const auto file = FrameFromJson(*text, path);
-    RETURN_IF_ERROR(file);
+    if (!file) return Fail(file);
     design = *file;
   } else {
     const auto file = WornFileFromJson(*text, path);
-    RETURN_IF_ERROR(file);
+    if (!file) return Fail(file);
     worn = *file;
     design = {file->worn.design, file->material, file->worn.adjustment};
   }
   const auto frame = BuildFrame(design.design, design.adjustment.value_or(StandardAdjustment(design.design)));
-  RETURN_IF_ERROR(frame);
+  if (!frame) return Fail(frame);
   return GlassesSource{design, worn, *frame};
 }
 

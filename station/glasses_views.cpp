@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr ShellTessellation kDrawn{.along = 32, .around = 20, .straight = 2};
+constexpr ShellTessellation kDrawn{.along = 64, .around = 20, .straight = 2};
 /// Faces whose normals turn by more than this are the sides of an edge: cos 35°.
 constexpr double kSmooth = 0.82;
 /// A line is looked for this far off its surface, mm, so that its own faces do not hide it.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -146,7 +147,7 @@ void OrderPages::Header() {
       {kLeft + 4.0, y_ + 6.6},
       good ? "PDs and heights confirmed by " + options_.confirmed_by
            : "NOT CONFIRMED – estimate: PDs and heights must be confirmed by an optician before lenses are made",
-      {10.0, good ? kYes : kNo, Weight::kBold});
+      {9.0, good ? kYes : kNo, Weight::kBold});
   y_ += 13.0;
 }
 
@@ -278,11 +279,15 @@ void OrderPages::Lenses(const LensPair& pair) {
 }
 
 void OrderPages::Position() {
-  Section("Position as worn", source_.worn ? "measured on the scan" : "usual values: no worn frame was given");
+  Section("Position as worn", source_.worn ? "from the scan" : "usual values: no worn frame was given");
   const WornPosition right = PositionOf(source_, Eye::kRight);
   const WornPosition left = PositionOf(source_, Eye::kLeft);
+  const std::vector<SavedGoal> goals = GoalsOf(source_);
+  const bool measured = std::any_of(goals.begin(), goals.end(),
+                                    [](const SavedGoal& goal) { return goal.id.starts_with("vertex_distance"); });
   std::vector<std::pair<std::string, std::string>> facts = {
-      {"vertex distance right / left", fmt::format("{:.1f} / {:.1f}", right.vertex_distance, left.vertex_distance)},
+      {measured ? "vertex distance right / left" : "vertex distance (usual value)",
+       fmt::format("{:.1f} / {:.1f}", right.vertex_distance, left.vertex_distance)},
       {"pantoscopic tilt", fmt::format("{:.1f}°", DegreesFromRadians(right.pantoscopic_tilt))},
       {"face form angle right / left", fmt::format("{:.1f}° / {:.1f}°", DegreesFromRadians(right.face_form_angle),
                                                    DegreesFromRadians(left.face_form_angle))}};
@@ -299,25 +304,26 @@ void OrderPages::Position() {
 void OrderPages::Goals() {
   const std::vector<SavedGoal> goals = GoalsOf(source_);
   if (goals.empty()) return;
+  Need(18.0 + kRow * static_cast<double>(goals.size()));
   Section("Fit", "95 % interval; a filled mark: within the usual range");
   std::vector<Row> rows;
   for (const SavedGoal& goal : goals) {
     const std::string unit = goal.unit == "deg" ? "°" : " " + goal.unit;
     rows.push_back({goal.term, fmt::format("{:.1f}{}", goal.value, unit),
                     goal.sigma ? fmt::format("± {:.1f}", 1.96 * *goal.sigma) : "–",
-                    fmt::format("{:.1f} … {:.1f}", goal.low, goal.high), ""});
+                    fmt::format("{:.1f} to {:.1f}", goal.low, goal.high), ""});
   }
   // The marks belong to the rows, wherever a new page begins: one row at a time.
-  Table({"goal", "value", "interval", "usual range", ""}, {}, {110.0, 132.0, 168.0, kRight});
+  Table({"goal", "value", "interval", "usual range", ""}, {}, {112.0, 134.0, 166.0, kRight});
   for (std::size_t k = 0; k < rows.size(); ++k) {
     Need(kRow);
     if (k % 2 == 0) canvas_.FillRectangle({kLeft, y_}, {kRight - kLeft, kRow}, kBand);
     canvas_.Text({kLeft + 1.5, y_ + 4.0}, rows[k][0], {9.0, kInk});
-    const std::array<double, 3> edges{110.0, 132.0, 168.0};
+    const std::array<double, 3> edges{112.0, 134.0, 166.0};
     for (std::size_t c = 0; c < 3; ++c) {
       canvas_.Text({edges[c], y_ + 4.0}, rows[k][c + 1], {9.0, kInk, Weight::kRegular, Align::kRight});
     }
-    const Vector2d mark(kRight - 12.0, y_ + 0.5 * kRow);
+    const Vector2d mark(kRight - 17.0, y_ + 0.5 * kRow);
     if (goals[k].met) {
       canvas_.FillDisc(mark, 1.2, kYes);
     } else {
@@ -359,7 +365,7 @@ void OrderPages::Signature() {
 
 Result<ExportedFile> OrderSheet(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto pair = LensesOf(source, options);
-  RETURN_IF_ERROR(pair);
+  if (!pair) return Fail(pair);
   SheetCanvas canvas("annulus glasses order");
   OrderPages pages(canvas, source, options);
   pages.Header();
@@ -372,8 +378,8 @@ Result<ExportedFile> OrderSheet(const GlassesSource& source, const GlassesExport
   pages.Signature();
   pages.Footer();
   const auto bytes = canvas.Finish();
-  RETURN_IF_ERROR(bytes);
-  return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size()), {}};
+  if (!bytes) return Fail(bytes);
+  return ExportedFile{std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size())};
 }
 
 }  // namespace annulus

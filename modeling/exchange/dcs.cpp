@@ -135,7 +135,8 @@ std::string DcsText(const DcsJob& job) {
   ENSURE(!job.right.radii.empty() && !job.left.radii.empty(), "a trace has radii");
   std::string text = "REQ=FIL\r\n";
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "JOB={}\r\nDO=B\r\nFTYP=1\r\nETYP={}\r\n", DcsPrintable(job.job), static_cast<int>(job.edge));
+  fmt::format_to(out, "JOB={}\r\nDO=B\r\nFTYP={}\r\nETYP={}\r\n", DcsPrintable(job.job), static_cast<int>(job.frame),
+                 static_cast<int>(job.edge));
   for (const DcsLength& record : kDcsLengths) {
     if (record.label == "FED") fmt::format_to(out, "DBL={:.2f}\r\n", job.dbl);
     fmt::format_to(out, "{}={:.2f};{:.2f}\r\n", record.label, job.right.*record.member, job.left.*record.member);

@@ -11,6 +11,8 @@
 
 namespace annulus {
 
+/// What a frame is made of, as FTYP names it.
+enum class DcsFrame { kPlastic = 1, kMetal = 2, kRimless = 3 };
 /// How a lens is held, as ETYP names it.
 enum class DcsEdge { kBevel = 1, kRimless = 2, kGroove = 3 };
 
@@ -40,11 +42,12 @@ struct DcsEye {
 
 /// A trace of both eyes for a lab: what a .dcs file holds.
 struct DcsJob {
-  std::string job;                 ///< JOB: reference of the order.
-  double dbl = 0.0;                ///< DBL: distance between lenses, mm.
-  DcsEdge edge = DcsEdge::kBevel;  ///< ETYP.
-  std::string lens_name;           ///< LNAM; "" leaves it out.
-  std::string confirmed_by;        ///< _CONFIRMED: who answers for PDs and heights; "" leaves it out.
+  std::string job;                      ///< JOB: reference of the order.
+  double dbl = 0.0;                     ///< DBL: distance between lenses, mm.
+  DcsFrame frame = DcsFrame::kPlastic;  ///< FTYP.
+  DcsEdge edge = DcsEdge::kBevel;       ///< ETYP.
+  std::string lens_name;                ///< LNAM; "" leaves it out.
+  std::string confirmed_by;             ///< _CONFIRMED: who answers for PDs and heights; "" leaves it out.
   DcsEye right;
   DcsEye left;
 
@@ -55,9 +58,9 @@ struct DcsJob {
 inline constexpr double kDcsOutlineTolerance = 0.01;
 inline constexpr double kDcsBoxTolerance = 0.02;
 
-/// Boxes, effective diameters, circumferences and radii of both outlines: the smallest n of 400, 800, 1000, 2000, 4000, 8000
-/// and 16000 whose polygon of rounded radii is within kDcsOutlineTolerance of both. If the outlines are mirror images,
-/// so are the radii: L[n/2 - i] = R[i]. Fails on an outline that is invalid or has a corner too sharp for that.
+/// Boxes, effective diameters, circumferences and radii of both outlines: the smallest n of 400, 800, 1000, 2000, 4000,
+/// 8000 and 16000 whose polygon of rounded radii is within kDcsOutlineTolerance of both. If the outlines are mirror
+/// images, so are the radii: L[n/2 - i] = R[i]. Fails on an outline that is invalid or has a corner too sharp for that.
 struct DcsTrace {
   DcsEye right;
   DcsEye left;

@@ -100,14 +100,14 @@ class Reader {
     const auto option = std::find_if(kDcsOptionals.begin(), kDcsOptionals.end(),
                                      [label](const DcsOptional& record) { return record.label == label; });
     const bool text = label == "JOB" || label == "LNAM" || label == "_CONFIRMED";
-    const bool known = text || label == "DBL" || label == "ETYP" || label == "DO" || label == "REQ" ||
-                       length != kDcsLengths.end() || option != kDcsOptionals.end();
+    const bool known = text || label == "DBL" || label == "FTYP" || label == "ETYP" || label == "DO" ||
+                       label == "REQ" || length != kDcsLengths.end() || option != kDcsOptionals.end();
     if (!known) return {};
     if (!seen_.emplace(label).second) return Refuse(fmt::format("{} is there twice", label));
     if (text) return Text(label, value);
     if (label == "DBL") return Dbl(value);
     if (label == "DO" && value != "B") return Refuse("DO is not B");
-    if (label == "ETYP") return Edge(value);
+    if (label == "FTYP" || label == "ETYP") return Kind(label, value);
     if (length != kDcsLengths.end()) return Length(*length, value);
     if (option != kDcsOptionals.end()) return Option(*option, value);
     return {};
@@ -121,10 +121,11 @@ class Reader {
     return {};
   }
 
-  Status Edge(std::string_view value) {
+  Status Kind(std::string_view label, std::string_view value) {
     const std::optional<int> kind = WholeOf(SplitAt(value, ';').front());
-    if (!kind || *kind < 1 || *kind > 3) return Refuse("ETYP is not 1, 2 or 3");
-    job_.edge = static_cast<DcsEdge>(*kind);
+    if (!kind || *kind < 1 || *kind > 3) return Refuse(fmt::format("{} is not 1, 2 or 3", label));
+    if (label == "FTYP") job_.frame = static_cast<DcsFrame>(*kind);
+    if (label == "ETYP") job_.edge = static_cast<DcsEdge>(*kind);
     return {};
   }
 
@@ -136,7 +137,7 @@ class Reader {
 
   Status Dbl(std::string_view value) {
     const Result<double> dbl = Number("DBL", value, 0.0, 100.0);
-    RETURN_IF_ERROR(dbl);
+    if (!dbl) return Fail(dbl);
     job_.dbl = *dbl;
     return {};
   }
@@ -145,9 +146,9 @@ class Reader {
     const auto parts = SplitAt(value, ';');
     if (parts.size() != 2) return Refuse(fmt::format("{} is not right;left", record.label));
     const Result<double> right = Number(record.label, parts[0], record.low, record.high);
-    RETURN_IF_ERROR(right);
+    if (!right) return Fail(right);
     const Result<double> left = Number(record.label, parts[1], record.low, record.high);
-    RETURN_IF_ERROR(left);
+    if (!left) return Fail(left);
     job_.right.*record.member = *right;
     job_.left.*record.member = *left;
     return {};
@@ -159,7 +160,7 @@ class Reader {
     for (std::size_t k = 0; k < 2; ++k) {
       if (parts[k].empty()) continue;
       const Result<double> number = Number(record.label, parts[k], record.low, record.high);
-      RETURN_IF_ERROR(number);
+      if (!number) return Fail(number);
       (k == 0 ? job_.right : job_.left).*record.member = *number;
     }
     return {};

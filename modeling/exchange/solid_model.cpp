@@ -194,7 +194,7 @@ Result<SolidBody> SolidBodyOf(const ShellBody& body) {
   std::vector<TopoDS_Shape> solids;
   for (const PatchShell& shell : body.shells) {
     const Result<TopoDS_Shape> solid = SolidOfShell(shell);
-    RETURN_IF_ERROR(solid);
+    if (!solid) return Fail(solid);
     solids.push_back(*solid);
   }
   SolidBody made;
@@ -218,7 +218,8 @@ Result<TriangleMesh> SkinOf(const SolidBody& body, double deflection) {
     for (const TopoDS_Shape& shape : body.shapes()) {
       // A copy: Open CASCADE keeps a mesh in the shape that it is of.
       const TopoDS_Shape solid = BRepBuilderAPI_Copy(shape).Shape();
-      BRepMesh_IncrementalMesh(solid, deflection, false, kSkinAngle, false);
+      const BRepMesh_IncrementalMesh mesh(solid, deflection, false, kSkinAngle, false);
+      if (!mesh.IsDone()) return Fail(attempted, "Open CASCADE does not mesh it", "export without --fused");
       for (TopExp_Explorer at(solid, TopAbs_FACE); at.More(); at.Next()) {
         if (!AppendFace(TopoDS::Face(at.Current()), skin)) {
           return Fail(attempted, "Open CASCADE leaves out a face", "export without --fused");

@@ -31,9 +31,8 @@ struct RimBox {
 double DistanceBetweenLenses(const Rim& rim) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 4; ++k) {
-    const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step < kOutlineSteps; ++step) {
-      nearest = std::min(nearest, CubicBezierPoint(curve, static_cast<double>(step) / kOutlineSteps).x());
+      nearest = std::min(nearest, LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps).x());
     }
   }
   return 2.0 * nearest;
@@ -43,9 +42,8 @@ RimBox BoxOfRim(const Rim& rim) {
   const Eigen::Isometry3d rim_from_frame = rim.frame_from_rim.inverse();
   Eigen::AlignedBox3d box;
   for (std::size_t k = 0; k < 4; ++k) {
-    const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step < kOutlineSteps; ++step) {
-      box.extend(rim_from_frame * CubicBezierPoint(curve, static_cast<double>(step) / kOutlineSteps));
+      box.extend(rim_from_frame * LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps));
     }
   }
   return {box.sizes().x(), box.sizes().z(), DistanceBetweenLenses(rim)};
@@ -104,7 +102,7 @@ FrameBoxing BoxingOf(const Frame& frame) {
 Result<FrameBoxing> BoxingOf(const FrameDesign& design) {
   RETURN_IF_ERROR(Validate(design));
   const Result<Frame> frame = BuildFrame(design, StandardAdjustment(design));
-  RETURN_IF_ERROR(frame);
+  if (!frame) return Fail(frame);
   return BoxingOf(*frame);
 }
 
@@ -173,7 +171,7 @@ Result<FrameAdjustment> AdjustmentForTemple(const FrameDesign& design, double le
   const TubeSection root = TempleRoot(design, MakeRim(design));
   for (int step = 0; step < kMostSteps; ++step) {
     const Result<FrameArm> arm = MakeArm(design, root, adjustment.temple_right, "right");
-    RETURN_IF_ERROR(arm);
+    if (!arm) return Fail(arm);
     const double miss = length - arm->overall_length;
     if (std::abs(miss) < kSolved) return adjustment;
     adjustment.temple_right.ear.y() -= miss;

@@ -93,15 +93,23 @@ std::vector<BezierTube> MakeBridge(const FrameDesign& design, const TubeSection&
 }
 
 double FlankBottom(const FrameDesign& design, const Rim& rim) {
-  const double lowest = RimTube(rim, 1).CentreLine(0.97).z();
+  const double lowest = SideZ(rim, RimSide::kNose, 1.0);
   return std::max(lowest, BridgeZ(design) - kFlankLength);
 }
 
 PatchShell KeyholeFlank(const FrameDesign& design, const Rim& rim) {
   const BezierCurve curve = HiddenCurve(rim, RimSide::kNose);
   const double from = RimParameterAt(rim, RimSide::kNose, BridgeZ(design));
-  const double to = RimParameterAt(rim, RimSide::kNose, FlankBottom(design, rim));
-  const BezierCurve seam = Split(Split(curve, to).first, from / to).second;
+  const double to = std::min(0.999, RimParameterAt(rim, RimSide::kNose, FlankBottom(design, rim)));
+  BezierCurve seam = Split(Split(curve, to).first, from / to).second;
+  if (rim.bent) {
+    // The cubic through the bend at four even places.
+    const auto at = [&](int third) -> Vector3d { return RimBend(rim, 1, from + third / 3.0 * (to - from)); };
+    seam[0] += at(0);
+    seam[1] += (-5.0 * at(0) + 18.0 * at(1) - 9.0 * at(2) + 2.0 * at(3)) / 6.0;
+    seam[2] += (2.0 * at(0) - 9.0 * at(1) + 18.0 * at(2) - 5.0 * at(3)) / 6.0;
+    seam[3] += at(3);
+  }
   // From the centre line to the nose: over half the rim and out of it; the section reaches 3/4 of its control points.
   const double skin = 0.5 * std::max(rim.thickness[3], rim.thickness[6]);
   // Narrow bridges keep half their opening.
@@ -111,7 +119,7 @@ PatchShell KeyholeFlank(const FrameDesign& design, const Rim& rim) {
   const auto section = [&](std::size_t i, double size) -> TubeSection {
     return {seam[i] + 0.5 * size * reach * nasal, 0.5 * size * reach * nasal, size * rim.half_depth};
   };
-  return ShellOfTubes("flank_right", {BezierTube({section(0, 0.0), section(1, 1.2), section(2, 0.8), section(3, 0.0)})},
+  return ShellOfTubes("flank", {BezierTube({section(0, 0.0), section(1, 1.2), section(2, 0.8), section(3, 0.0)})},
                       TubeEnds::kCapped);
 }
 

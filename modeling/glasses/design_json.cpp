@@ -47,19 +47,19 @@ Result<FrameDesign> ReadDetail(const JsonReader& reader, const Json& object, con
     if (IsParameter(field)) continue;
     if (field.unit == FieldUnit::kWord && key == field.key) {
       const Result<std::string> word = reader.Text(object, key);
-      RETURN_IF_ERROR(word);
+      if (!word) return Fail(word);
       if (auto changed = WithFormWord(field, design, *word)) return *std::move(changed);
       return reader.Refuse(
           fmt::format("{} is '{}', not one of {}", reader.Named(key), *word, fmt::join(FormWords(field), ", ")));
     }
     if (field.unit == FieldUnit::kDegrees && (key == field.key || key == fmt::format("{}_rad", StemOf(field)))) {
       const Result<double> angle = reader.Angle(object, StemOf(field));
-      RETURN_IF_ERROR(angle);
+      if (!angle) return Fail(angle);
       return WithStoredNumber(field, design, *angle);
     }
     if (key == field.key) {
       const Result<double> number = reader.Number(object, key);
-      RETURN_IF_ERROR(number);
+      if (!number) return Fail(number);
       return WithStoredNumber(field, design, *number);
     }
   }
@@ -71,7 +71,7 @@ Result<FrameDesign> ReadParameters(const JsonReader& reader, const Json& object)
   for (const FrameField& field : FrameFields()) {
     if (!IsParameter(field)) continue;
     const Result<double> value = reader.Number(object, field.key);
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     design = WithStoredNumber(field, design, *value);
   }
   for (const auto& [key, value] : object.items()) {
@@ -99,22 +99,22 @@ constexpr std::array<NamedPad, 2> kPads{
 Result<TempleShape> ReadTemple(const JsonReader& reader, const Json& object) {
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"ear_mm", "bow_deg", "bow_rad", "tip_in_deg", "tip_in_rad"}));
   const Result<Eigen::Vector3d> ear = reader.Vector(object, "ear_mm");
-  RETURN_IF_ERROR(ear);
+  if (!ear) return Fail(ear);
   const Result<double> bow = reader.Angle(object, "bow");
-  RETURN_IF_ERROR(bow);
+  if (!bow) return Fail(bow);
   const Result<double> tip_in = reader.Angle(object, "tip_in");
-  RETURN_IF_ERROR(tip_in);
+  if (!tip_in) return Fail(tip_in);
   return TempleShape{*ear, *bow, *tip_in};
 }
 
 Result<PadPose> ReadPad(const JsonReader& reader, const Json& object) {
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"centre_mm", "normal", "up"}));
   const Result<Eigen::Vector3d> centre = reader.Vector(object, "centre_mm");
-  RETURN_IF_ERROR(centre);
+  if (!centre) return Fail(centre);
   const Result<Eigen::Vector3d> normal = reader.Vector(object, "normal");
-  RETURN_IF_ERROR(normal);
+  if (!normal) return Fail(normal);
   const Result<Eigen::Vector3d> up = reader.Vector(object, "up");
-  RETURN_IF_ERROR(up);
+  if (!up) return Fail(up);
   constexpr double kUnitTolerance = 1e-6;
   if (!(std::abs(normal->norm() - 1.0) < kUnitTolerance) || !(std::abs(up->norm() - 1.0) < kUnitTolerance) ||
       !(std::abs(normal->dot(*up)) < kUnitTolerance)) {
@@ -143,16 +143,16 @@ void PutDesign(Json& object, const FrameDesign& design, std::optional<DesignMate
 
 Result<FrameDesign> ReadDesign(const JsonReader& reader, const Json& object) {
   const Result<const Json*> parameters = reader.Object(object, "parameters");
-  RETURN_IF_ERROR(parameters);
+  if (!parameters) return Fail(parameters);
   Result<FrameDesign> design = ReadParameters(reader.Within("parameters"), **parameters);
-  RETURN_IF_ERROR(design);
+  if (!design) return Fail(design);
   if (object.contains("details")) {
     const Result<const Json*> details = reader.Object(object, "details");
-    RETURN_IF_ERROR(details);
+    if (!details) return Fail(details);
     const JsonReader inside = reader.Within("details");
     for (const auto& [key, value] : (*details)->items()) {
       design = ReadDetail(inside, **details, key, *design);
-      RETURN_IF_ERROR(design);
+      if (!design) return Fail(design);
     }
   }
   if (const Status valid = Validate(*design); !valid) return reader.Refuse(valid.error().seen);
@@ -162,7 +162,7 @@ Result<FrameDesign> ReadDesign(const JsonReader& reader, const Json& object) {
 Result<std::optional<DesignMaterial>> ReadMaterial(const JsonReader& reader, const Json& object) {
   if (!object.contains("material")) return std::optional<DesignMaterial>();
   const Result<std::string> word = reader.Text(object, "material");
-  RETURN_IF_ERROR(word);
+  if (!word) return Fail(word);
   for (std::size_t k = 0; k < kDesignMaterialWords.size(); ++k) {
     if (*word == kDesignMaterialWords[k]) return std::optional(static_cast<DesignMaterial>(k));
   }
@@ -187,22 +187,22 @@ Json AdjustmentToJson(const FrameAdjustment& adjustment) {
 
 Result<FrameAdjustment> ReadAdjustment(const JsonReader& reader, const Json& parent) {
   const Result<const Json*> object = reader.Object(parent, "adjustment");
-  RETURN_IF_ERROR(object);
+  if (!object) return Fail(object);
   const JsonReader inside = reader.Within("adjustment");
   RETURN_IF_ERROR(inside.OnlyKeys(**object, {"temple_right", "temple_left", "pad_right", "pad_left"}));
   FrameAdjustment adjustment;
   for (const NamedTemple& temple : kTemples) {
     const Result<const Json*> entry = inside.Object(**object, temple.key);
-    RETURN_IF_ERROR(entry);
+    if (!entry) return Fail(entry);
     const Result<TempleShape> shape = ReadTemple(inside.Within(temple.key), **entry);
-    RETURN_IF_ERROR(shape);
+    if (!shape) return Fail(shape);
     adjustment.*temple.member = *shape;
   }
   for (const NamedPad& pad : kPads) {
     const Result<const Json*> entry = inside.Object(**object, pad.key);
-    RETURN_IF_ERROR(entry);
+    if (!entry) return Fail(entry);
     const Result<PadPose> pose = ReadPad(inside.Within(pad.key), **entry);
-    RETURN_IF_ERROR(pose);
+    if (!pose) return Fail(pose);
     adjustment.*pad.member = *pose;
   }
   return adjustment;

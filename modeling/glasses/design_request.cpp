@@ -47,7 +47,7 @@ void AddCompanions(const DesignRequest& request, FrameDesign& design) {
 /// A size by its name, or in numbers.
 Result<SoldSize> FindSize(const LibraryStyle& style, const std::string& text) {
   if (const SoldSize* named = style.Size(text)) return *named;
-  const Result<SoldSize> numbers = ParseSize(text);
+  Result<SoldSize> numbers = ParseSize(text);
   if (numbers || style.sizes.empty()) return numbers;
   std::string names;
   for (const SoldSize& size : style.sizes) names += size.name + ", ";
@@ -63,17 +63,17 @@ Status ApplySize(const LibraryStyle& style, const DesignRequest& request, Compos
     return Fail("size the frame", fmt::format("size and {} are both given", option), "give one of them");
   }
   const Result<SoldSize> size = FindSize(style, request.size);
-  RETURN_IF_ERROR(size);
+  if (!size) return Fail(size);
   WantedBox wanted{size->a, size->b, size->dbl};
   if (Asked(request, *FindFrameField("height"))) {
     const Result<FrameBoxing> boxing = BoxingOf(composed.file.design);
-    RETURN_IF_ERROR(boxing);
+    if (!boxing) return Fail(boxing);
     wanted.b = boxing->b;
   }
   Result<FrameDesign> sized = DesignForBox(composed.file.design, wanted);
-  RETURN_IF_ERROR(sized);
+  if (!sized) return Fail(sized);
   const Result<FrameAdjustment> adjustment = AdjustmentForTemple(*sized, size->temple);
-  RETURN_IF_ERROR(adjustment);
+  if (!adjustment) return Fail(adjustment);
   composed.file.design = *std::move(sized);
   composed.file.adjustment = *adjustment;
   composed.size = *size;
@@ -84,18 +84,18 @@ Status ApplySize(const LibraryStyle& style, const DesignRequest& request, Compos
 
 Result<ComposedDesign> ComposeDesign(const FrameLibrary& library, const DesignRequest& request) {
   const Result<const LibraryStyle*> style = library.Find(request.style);
-  RETURN_IF_ERROR(style);
+  if (!style) return Fail(style);
   RETURN_IF_ERROR(CheckNames(request));
   Result<FrameDesign> design = (*style)->design;
   for (const FrameField& field : FrameFields()) {
     const std::optional<std::string> text = Asked(request, field);
     if (!text) continue;
     design = WithField(*design, field.option, *text);
-    RETURN_IF_ERROR(design);
+    if (!design) return Fail(design);
   }
   AddCompanions(request, *design);
   const Result<AdjustedDesign> adjusted = AdjustDesign(*design);
-  RETURN_IF_ERROR(adjusted);
+  if (!adjusted) return Fail(adjusted);
   ComposedDesign composed;
   composed.file = {adjusted->design, (*style)->material, {}};
   composed.messages = adjusted->messages;

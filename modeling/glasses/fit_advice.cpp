@@ -35,7 +35,8 @@ std::string SideOf(const FitGoal& goal) {
 /// The plain sentence for a goal that is not met.
 std::string AdviceFor(const FitGoal& goal, const FittedFrame& fitted) {
   const bool is_low = goal.value < goal.low;
-  const double by = is_low ? goal.low - goal.value : goal.value - goal.high;
+  // Less than a tenth is said as a tenth: "0.0 too wide" helps nobody.
+  const double by = std::max(is_low ? goal.low - goal.value : goal.value - goal.high, 0.1);
   const bool padded = fitted.front.bearing == NoseBearing::kAdjust;
   const double middle = 0.5 * (goal.low + goal.high);
   const std::string side = SideOf(goal);
@@ -92,29 +93,29 @@ std::string AdviceFor(const FitGoal& goal, const FittedFrame& fitted) {
                      is_low ? "left" : "right", goal.value);
 }
 
-/// 100 less 12 for every half range by which a goal is missed (at most 25 each), less 3 for a goal at the edge of its
-/// range (by the square of the way), less 30 for each contact that does not hold and 40 if anything enters.
+/// 100·exp(-p/50). p: 12 for every half range by which a goal is missed (at most 40 each), 3 for a goal at the edge of
+/// its range (by the square of the way), 30 for each contact that does not hold, 40 if anything enters.
 double ScoreOf(const GlassesFit& fit, std::size_t broken) {
-  double score = 100.0;
+  double penalty = 0.0;
   for (const FitGoal& goal : fit.goals) {
     const double half = std::max(0.5 * (goal.high - goal.low), 1e-9);
     const double way = std::min(std::abs(goal.value - 0.5 * (goal.low + goal.high)) / half, 1.0);
     const bool has_best =
         goal.id != "lash_clearance" && goal.id != "skin_clearance" && !StartsWith(goal.id, "temple_length");
-    score -= std::min(12.0 * ExcessOf(goal), 25.0) + (has_best ? 3.0 * way * way : 0.0);
+    penalty += std::min(12.0 * ExcessOf(goal), 40.0) + (has_best ? 3.0 * way * way : 0.0);
   }
-  score -= 30.0 * static_cast<double>(broken);
-  if (fit.penetration > kEnters) score -= 40.0;
-  return std::clamp(score, 0.0, 100.0);
+  penalty += 30.0 * static_cast<double>(broken);
+  if (fit.penetration > kEnters) penalty += 40.0;
+  return 100.0 * std::exp(-penalty / 50.0);
 }
 
 }  // namespace
 
-void AddAdvice(const FittedFrame& fitted, GlassesFit& fit) {
+void AddAdvice(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit) {
   std::vector<Remark> remarks;
   if (fit.penetration > kEnters) {
-    remarks.push_back(
-        {1e3, fmt::format("a part would have to enter the head by {:.1f} mm: choose a wider frame", fit.penetration)});
+    remarks.push_back({1e3, fmt::format("{} would have to enter the head by {:.1f} mm: choose a wider frame",
+                                        skin.deepest, fit.penetration)});
   }
   std::size_t broken = 0;
   for (const FrameContact& contact : fit.contacts) {

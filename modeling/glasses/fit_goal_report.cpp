@@ -10,10 +10,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRigidGap = 2.0;         // mm that a rigid bridge may differ from the ideal
-constexpr double kPaddedGap = 5.0;        // mm, with adjustable pads
+constexpr double kRigidGap = 0.5;         // mm that a rigid bridge may differ from what bears in the goals' ranges
+constexpr double kPaddedGap = 3.5;        // mm, with adjustable pads
 constexpr double kShortestTemple = 75.0;  // mm, hinge to ear point
 constexpr double kLongestTemple = 125.0;
+constexpr double kShortestTip = 25.0;  // mm behind the ear point, of a temple of given length
+constexpr double kLongestTip = 55.0;
 constexpr double kUnevenPush = 0.12;  // of the nose's load, either way from a half
 constexpr double kRimSlack = 1e-6;    // mm
 
@@ -103,12 +105,15 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
   angle("pantoscopic_tilt", "Pantoscopic tilt", GoalValue::kPantoscopicTilt, goals.pantoscopic_tilt);
   angle("face_form", "Face-form angle", GoalValue::kFaceForm, goals.face_form);
   const double dbl = lenses[0].centre.x() - lenses[1].centre.x() - 0.5 * (lenses[0].a + lenses[1].a);
-  const double ideal = dbl - fitted.front.design.bridge_gap() + fitted.ideal_gap;
+  const double beside = dbl - fitted.front.design.bridge_gap();
   const double slack = fitted.front.bearing == NoseBearing::kAdjust ? kPaddedGap : kRigidGap;
-  list.AddLength("dbl", "Distance between lenses", dbl, 0.0, ideal - slack, ideal + slack);
-  length("temple_length_right", "Temple length to bend, right", GoalValue::kTempleRight, kShortestTemple,
-         kLongestTemple);
-  length("temple_length_left", "Temple length to bend, left", GoalValue::kTempleLeft, kShortestTemple, kLongestTemple);
+  list.AddLength("dbl", "Distance between lenses", dbl, 0.0, fitted.least_gap + beside - slack,
+                 fitted.largest_gap + beside + slack);
+  const std::optional<double> overall = fitted.options->temple_length;
+  const double shortest = overall ? *overall - kLongestTip : kShortestTemple;
+  const double longest = overall ? *overall - kShortestTip : kLongestTemple;
+  length("temple_length_right", "Temple length to bend, right", GoalValue::kTempleRight, shortest, longest);
+  length("temple_length_left", "Temple length to bend, left", GoalValue::kTempleLeft, shortest, longest);
   angle("temple_splay_right", "Temple splay, right", GoalValue::kSplayRight, goals.temple_splay);
   angle("temple_splay_left", "Temple splay, left", GoalValue::kSplayLeft, goals.temple_splay);
   const double vertex_sigma = sigma(GoalValue::kVertexRight);

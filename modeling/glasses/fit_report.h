@@ -25,18 +25,24 @@ struct FittedFrame {
   std::array<TempleFit, 2> temples;
   WornFrame worn;
   std::vector<FrameShell> shells;  ///< All parts as they are worn, frame frame.
-  double ideal_gap = 0.0;  ///< mm; the bridge gap with which this form would bear where pupils and lenses should be.
+  /// Bridge gaps with which this form would bear where pupils and lenses may be: lowest and nearest, highest and
+  /// farthest, mm.
+  double least_gap = 0.0;
+  double largest_gap = 0.0;
+  std::array<double, 2> temple_extra{0.0, 0.0};  ///< mm that the temples are kept off the head beside a touch.
 };
 
 /// The pose in which the frame's skin is measured.
 [[nodiscard]] WornPose WornPoseOf(const FittedFrame& fitted);
 /// Least distances of a frame in place, mm.
 struct SkinReport {
-  double penetration = 0.0;          ///< >= 0
-  double front_penetration = 0.0;    ///< Of what is neither temple nor adjustable pad; >= 0.
-  double rims = 0.0;                 ///< Of rims, end pieces and lenses beside the nose.
-  std::array<SkinPlace, 2> nose;     ///< Of what bears, right and left.
-  std::array<SkinPlace, 2> temples;  ///< About the ears and before them.
+  double penetration = 0.0;                            ///< >= 0
+  std::array<double, 2> temple_penetration{0.0, 0.0};  ///< Right, left; >= 0.
+  std::string deepest;                                 ///< The part that enters most; empty if none does.
+  double front_penetration = 0.0;                      ///< Of what is neither temple nor adjustable pad; >= 0.
+  double rims = 0.0;                                   ///< Of rims, end pieces and lenses beside the nose.
+  std::array<SkinPlace, 2> nose;                       ///< Of what bears, right and left.
+  std::array<SkinPlace, 2> temples;                    ///< About the ears and before them.
   std::vector<Clearance> map;
 };
 [[nodiscard]] SkinReport MeasureSkin(const FittedFrame& fitted);
@@ -46,6 +52,6 @@ void AddBalance(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& f
 /// Every goal.
 void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit);
 /// What to change, wearable and score, once all else is known.
-void AddAdvice(const FittedFrame& fitted, GlassesFit& fit);
+void AddAdvice(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit);
 
 }  // namespace annulus

@@ -1,6 +1,8 @@
 #include "modeling/glasses/fit_sigma.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -25,46 +27,33 @@ double DistanceSigma(const WearerHead& head, const Vector3d& p_in_station) {
   return along * head.measured().RadiusSigma(theta, p_in_station.z());
 }
 
-/// A point moved along the skin's tangent plane, head frame.
-Vector3d Along(const Vector3d& from, const Vector3d& normal, double across, double up) {
-  // Mostly facing forward (eyes) or sideways (ears): the coordinate of the largest component follows.
-  Vector3d moved = from;
-  if (std::abs(normal.y()) >= std::abs(normal.x())) {
-    moved += Vector3d(across, -(normal.x() * across + normal.z() * up) / normal.y(), up);
-  } else {
-    moved += Vector3d(-(normal.y() * across + normal.z() * up) / normal.x(), across, up);
+/// Three independent displacements of 1 sd that together make a covariance.
+std::array<Vector3d, 3> DisplacementsOf(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  std::array<Vector3d, 3> displacements;
+  for (int k = 0; k < 3; ++k) {
+    displacements[static_cast<std::size_t>(k)] =
+        std::sqrt(std::max(solver.eigenvalues()[k], 0.0)) * solver.eigenvectors().col(k);
   }
-  return moved;
+  return displacements;
 }
 
 std::vector<Cause> CausesOf(const PoseTask& task, const std::array<Vector3d, 2>& bearing) {
   const WearerHead& head = *task.head;
   const Eigen::Matrix3d head_from_station = head.station_from_head().linear().transpose();
-  const auto normal_at = [&](const Vector3d& p) -> Vector3d {
-    return head_from_station * head.measured().surface().Normal(std::atan2(p.y(), p.x()), p.z());
-  };
   std::vector<Cause> causes;
   for (std::size_t side = 0; side < 2; ++side) {
     const Eye eye = side == 0 ? Eye::kRight : Eye::kLeft;
-    const Vector3d eye_normal = normal_at(head.eye(eye));
-    const Vector3d ear_normal = normal_at(head.ear(eye));
-    const PlaceSigma eye_sigma = head.eye_sigma();
-    const PlaceSigma ear_sigma = head.ear_sigma();
-    const double eye_depth = DistanceSigma(head, head.eye(eye));
+    const auto in_head = [&](const FacePoint& point) -> Eigen::Matrix3d {
+      return head_from_station * point.covariance * head_from_station.transpose();
+    };
     const double bears = DistanceSigma(head, bearing[side]);
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, sd * eye_sigma.across, 0.0);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.eyes[side] = Along(t.inputs.eyes[side], eye_normal, 0.0, sd * eye_sigma.up);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.eyes[side].y() += sd * eye_depth; });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, sd * ear_sigma.across, 0.0);
-    });
-    causes.emplace_back([=](PoseTask& t, double sd) {
-      t.inputs.ears[side] = Along(t.inputs.ears[side], ear_normal, 0.0, sd * ear_sigma.up);
-    });
+    for (const Vector3d& moved : DisplacementsOf(in_head(head.EyePoint(eye)))) {
+      causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.eyes[side] += sd * moved; });
+    }
+    for (const Vector3d& moved : DisplacementsOf(in_head(head.EarPoint(eye)))) {
+      causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.ears[side] += sd * moved; });
+    }
     causes.emplace_back([=](PoseTask& t, double sd) { t.bearing_shift[side] -= sd * bears; });
   }
   const double level = head.level_sigma();
@@ -97,44 +86,65 @@ GoalVector ValuesOf(const FrontShape& front, const GoalInputs& inputs, const Fro
   return values;
 }
 
-GoalVector SigmasOf(const PoseProblem& problem, const FrontState& state, const std::array<Vector3d, 2>& bearing) {
+namespace {
+
+/// A kept size is solved again at +1 and -1 sd of every cause: a target at the end of its range gives way to one side.
+GoalVector VarianceBySolving(const PoseProblem& problem, const FrontState& state, const std::vector<Cause>& causes) {
+  GoalVector variance = GoalVector::Zero();
+  const auto front = problem.Front(state);
+  for (const Cause& cause : causes) {
+    std::array<GoalVector, 2> values;
+    for (std::size_t k = 0; k < 2; ++k) {
+      PoseTask task = problem.task();
+      cause(task, k == 0 ? 1.0 : -1.0);
+      const PoseProblem::Summary solved = problem.With(task).Solve(state);
+      values[k] = ValuesOf(*front, task.inputs, solved.state.pose);
+    }
+    variance += (0.5 * (values[0] - values[1])).array().square().matrix();
+  }
+  return variance;
+}
+
+/// Made to measure, to first order: implicit differentiation of the least-squares solution.
+GoalVector VarianceToFirstOrder(const PoseProblem& problem, const FrontState& state, const std::vector<Cause>& causes) {
   constexpr double kStep = 1e-3;  // of every variable; of every cause in sds
   const GoalVector unknown = GoalVector::Constant(std::nan(""));
   VectorXd residuals;
   MatrixXd jacobian;
   const auto front = problem.Front(state);
   if (!front || !problem.Evaluate(state, residuals, &jacobian)) return unknown;
-  std::vector<int> free;
-  for (int k = 0; k < FrontState::kSize; ++k) {
-    if (problem.IsFree(k)) free.push_back(k);
-  }
-  const auto count = static_cast<Eigen::Index>(free.size());
-  MatrixXd by_free(residuals.size(), count);
-  MatrixXd goals_by_free(static_cast<int>(GoalValue::kCount), count);
   const GoalVector values = ValuesOf(*front, problem.task().inputs, state.pose);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const int variable = free[static_cast<std::size_t>(k)];
-    by_free.col(k) = jacobian.col(variable);
+  MatrixXd goals_by_state(static_cast<int>(GoalValue::kCount), FrontState::kSize);
+  for (int k = 0; k < FrontState::kSize; ++k) {
     Eigen::Matrix<double, FrontState::kSize, 1> moved = state.Vector();
-    moved[variable] += kStep;
+    moved[k] += kStep;
     const FrontState there = FrontState::FromVector(moved.data());
     const auto beside = problem.Front(there);
     if (!beside) return unknown;
-    goals_by_free.col(k) = (ValuesOf(*beside, problem.task().inputs, there.pose) - values) / kStep;
+    goals_by_state.col(k) = (ValuesOf(*beside, problem.task().inputs, there.pose) - values) / kStep;
   }
-  MatrixXd normal = by_free.transpose() * by_free;
+  MatrixXd normal = jacobian.transpose() * jacobian;
   normal.diagonal().array() += 1e-9;
   const Eigen::LDLT<MatrixXd> solver(normal);
   GoalVector variance = GoalVector::Zero();
-  for (const Cause& cause : CausesOf(problem.task(), bearing)) {
+  for (const Cause& cause : causes) {
     PoseTask task = problem.task();
     cause(task, kStep);
     VectorXd changed;
     if (!problem.With(task).Evaluate(state, changed, nullptr)) return unknown;
-    const VectorXd motion = -solver.solve(by_free.transpose() * ((changed - residuals) / kStep));
+    const VectorXd motion = -solver.solve(jacobian.transpose() * ((changed - residuals) / kStep));
     const GoalVector direct = (ValuesOf(*front, task.inputs, state.pose) - values) / kStep;
-    variance += (direct + goals_by_free * motion).array().square().matrix();
+    variance += (direct + goals_by_state * motion).array().square().matrix();
   }
+  return variance;
+}
+
+}  // namespace
+
+GoalVector SigmasOf(const PoseProblem& problem, const FrontState& state, const std::array<Vector3d, 2>& bearing) {
+  const std::vector<Cause> causes = CausesOf(problem.task(), bearing);
+  const GoalVector variance = problem.task().size == FitSize::kKept ? VarianceBySolving(problem, state, causes)
+                                                                    : VarianceToFirstOrder(problem, state, causes);
   return variance.array().sqrt();
 }
 

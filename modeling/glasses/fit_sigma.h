@@ -29,8 +29,9 @@ using GoalVector = Eigen::Matrix<double, static_cast<int>(GoalValue::kCount), 1>
 /// All numbers of a front in a pose.
 [[nodiscard]] GoalVector ValuesOf(const FrontShape& front, const GoalInputs& inputs, const FrontPose& pose);
 
-/// Their sds: the solution of `problem` at `state` follows eyes, ears, level and the skin where the front bears to
-/// first order (implicit differentiation of the least-squares solution). `bearing`: where on the head, station frame.
+/// Their sds, from eyes, ears, level and the skin where the front bears, each independent of the others: a kept size is
+/// solved again with each of them moved by 1 sd to either side, a made-to-measure one followed to first order (implicit
+/// differentiation of the least-squares solution). `bearing`: where on the head, station frame.
 /// NaN where the surface carries no covariance.
 [[nodiscard]] GoalVector SigmasOf(const PoseProblem& problem, const FrontState& state,
                                   const std::array<Eigen::Vector3d, 2>& bearing);

@@ -31,6 +31,7 @@ void AddLensPoints(const FittedFrame& fitted, const WornPose& pose, SkinReport& 
         const double distance = pose.Nearest(p).distance;
         report.map.push_back({side == 0 ? "lens_right" : "lens_left", pose.station_from_frame * p, distance});
         report.rims = std::min(report.rims, distance);
+        if (-distance > report.penetration) report.deepest = report.map.empty() ? "lens" : report.map.back().part;
         report.penetration = std::max(report.penetration, -distance);
         report.front_penetration = std::max(report.front_penetration, -distance);
       }
@@ -75,7 +76,12 @@ SkinReport MeasureSkin(const FittedFrame& fitted) {
     const SkinPlace least = skin.Least(pose, kMapDensity, places, [&](const SkinPlace& place) {
       return place.part == part && place.distance < kNear;
     });
+    if (-least.distance > report.penetration) report.deepest = skin.parts()[part].name;
     report.penetration = std::max(report.penetration, -least.distance);
+    if (skin.parts()[part].role == FrameRole::kTemple && least.distance < 0.0) {
+      double& enters = report.temple_penetration[SideOf(least.position)];
+      enters = std::max(enters, -least.distance);
+    }
     const FrameRole part_role = skin.parts()[part].role;
     const bool is_bent =
         part_role == FrameRole::kTemple || part_role == FrameRole::kPad || part_role == FrameRole::kPadArm;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "modeling/bezier/tube_chain.h"
 #include "modeling/glasses/frame_assembly.h"
 #include "modeling/glasses/hidden_end.h"
 
@@ -35,7 +36,7 @@ Status CheckPad(const FrameDesign& design, const Rim& rim, const PadPose& pose, 
       !(std::abs(pose.up.norm() - 1.0) < kUnit) || !(std::abs(pose.normal.dot(pose.up)) < kUnit)) {
     return Fail(attempt, "its pose is not a point and two perpendicular unit vectors", "normalise normal and up");
   }
-  const Vector3d on_rim = RimTube(rim, 1).CentreLine(RimParameterAt(rim, RimSide::kNose, pose.centre.z()));
+  const Vector3d on_rim = CentreLineAt(rim, RimSide::kNose, pose.centre.z());
   const double distance = (pose.centre - on_rim).norm();
   if (distance > kLongestPadArm || pose.normal.dot(rim.frame_from_rim.linear().col(0)) > -0.1) {
     return Fail(attempt, fmt::format("it is {:.1f} mm from the rim, or faces away from the nose", distance),
@@ -85,7 +86,7 @@ Result<Frame> BuildFrame(const FrameDesign& design, const FrameAdjustment& adjus
   RETURN_IF_ERROR(right);
   const Result<FrameArm> left = MakeArm(design, root, shape_left, "left");
   RETURN_IF_ERROR(left);
-  const std::array<BezierTube, 4> tubes{RimTube(rim, 0), RimTube(rim, 1), RimTube(rim, 2), RimTube(rim, 3)};
+  const std::vector<BezierTube> tubes = RimTubes(rim);
   const BezierPatch lens = RightLens(design, rim);
   std::vector<BezierTube> bridge = MakeBridge(design, BridgeRoot(design, rim));
   std::vector<FrameBody> bodies =
@@ -94,7 +95,7 @@ Result<Frame> BuildFrame(const FrameDesign& design, const FrameAdjustment& adjus
                adjustment,
                rim,
                tubes,
-               {tubes[0].MirroredX(), tubes[1].MirroredX(), tubes[2].MirroredX(), tubes[3].MirroredX()},
+               MirroredX(tubes),
                std::move(bridge),
                *right,
                MirroredX(*left),

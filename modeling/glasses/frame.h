@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -30,11 +29,12 @@ struct Frame {
   FrameDesign design;
   FrameAdjustment adjustment;
   Rim rim;  ///< The right rim's control sections.
-  /// M0…M3 (top), M3…M6 (nose), M6…M9 (bottom), M9…M0 (temple), without groove. Patch A is the front of the right rim
+  /// M0…M3 (top), M3…M6 (nose), M6…M9 (bottom), M9…M0 (temple), without groove; of a rim with a frame curve each in two
+  /// halves. Patch A is the front of the right rim
   /// and the back of the left one; the seam Q_i0ᴬ is the inner outline of both. A half rim has part of them, a rimless
   /// frame has none: there they are construction only.
-  std::array<BezierTube, 4> rim_right;
-  std::array<BezierTube, 4> rim_left;
+  std::vector<BezierTube> rim_right;
+  std::vector<BezierTube> rim_left;
   /// From the right rim to the left; row 0 of the first and row 3 of the last tube are hidden in the rims; A is the
   /// front. One tube if straight (the paper's).
   std::vector<BezierTube> bridge;
@@ -72,7 +72,8 @@ struct Frame {
 
 /// The lens' outline in the plane of its rim, origin at the rim's centre O0 (O0'): the bottom of the groove if there is
 /// one, else the rim's inner outline; of a rimless frame the rim's centre line, of a half-rim frame as if the rim went
-/// all round. Exact at its points, projected along the rim's normal where it has a frame curve.
+/// all round. Exact at its points, projected along the rim's normal where it has a frame curve (LensPoint has the
+/// bend).
 [[nodiscard]] LensOutline LensOutlineOf(const Frame& frame, Eye eye);
 
 /// A named mesh.

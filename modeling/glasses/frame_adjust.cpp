@@ -111,15 +111,19 @@ class Adjuster {
              });
     };
     if (allowed(0.0)) return;
+    const Eigen::Vector4d before_projection = t;
     Project(sums, lowest, t);
+    // Corners that only rounding moved stay as they were given; the others give way to rounding.
+    const Eigen::Array<bool, 4, 1> moved = (t - before_projection).array().abs() > 1e-9 * p().width;
+    t = moved.select(t, before_projection);
     for (double shrink = kInside; !allowed(kInside) && shrink < 1.0; shrink *= 4.0) {
-      t = lowest + (1.0 - shrink) * (t - lowest);
+      const Eigen::Vector4d shrunk = lowest + (1.0 - shrink) * (t - lowest);
+      t = shrink < 1e-6 ? Eigen::Vector4d(moved.select(shrunk, t)) : shrunk;
     }
     for (std::size_t k = 0; k < 4; ++k) {
       const double before = p().*kCorners[k];
-      // Corners that only rounding moved stay as they were given.
       const double now = t[static_cast<Eigen::Index>(k)];
-      if (std::abs(now - before) <= 1e-9 * p().width && before <= now) continue;
+      if (now == before) continue;
       p().*kCorners[k] = now;
       Say(kCorners[k], before < lowest[static_cast<Eigen::Index>(k)]
                            ? "the rim is too thick for so square a corner"

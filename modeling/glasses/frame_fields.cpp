@@ -40,6 +40,7 @@ constexpr std::array<NamedShare, 5> kBridgeHeightWords{
 std::span<const NamedShare> CornerWords() {
   static const std::vector<NamedShare> words = [] {
     std::vector<NamedShare> all;
+    all.reserve(kRoundnessWords.size());
     for (const Roundness word : kRoundnessWords) all.push_back({RoundnessWord(word), RoundnessShare(word)});
     return all;
   }();

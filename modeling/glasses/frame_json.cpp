@@ -38,25 +38,25 @@ std::string FrameToJson(const FrameFile& file) {
 Result<FrameFile> FrameFromJson(std::string_view json, std::string_view name) {
   const JsonReader reader(name, kAdvice);
   const Result<Json> root = reader.Root(json);
-  RETURN_IF_ERROR(root);
+  if (!root) return Fail(root);
   const Result<int> version = reader.Version(*root, kFormat, kVersion);
-  RETURN_IF_ERROR(version);
+  if (!version) return Fail(version);
   RETURN_IF_ERROR(*version == 1 ? reader.OnlyKeys(*root, {"format", "version", "style", "parameters"})
                                 : reader.OnlyKeys(*root, {"format", "version", "style", "material", "parameters",
                                                           "details", "adjustment"}));
   FrameFile file;
   const Result<FrameDesign> design = ReadDesign(reader, *root);
-  RETURN_IF_ERROR(design);
+  if (!design) return Fail(design);
   file.design = *design;
   const Result<std::string> style = ReadStyle(reader, *root);
-  RETURN_IF_ERROR(style);
+  if (!style) return Fail(style);
   file.design.style = *style;
   const auto material = ReadMaterial(reader, *root);
-  RETURN_IF_ERROR(material);
+  if (!material) return Fail(material);
   file.material = *material;
   if (root->contains("adjustment")) {
     const Result<FrameAdjustment> adjustment = ReadAdjustment(reader, *root);
-    RETURN_IF_ERROR(adjustment);
+    if (!adjustment) return Fail(adjustment);
     file.adjustment = *adjustment;
   }
   RETURN_IF_ERROR(CheckBuilds(reader, file));

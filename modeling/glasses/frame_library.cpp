@@ -36,16 +36,16 @@ Result<SoldSize> ReadSize(const JsonReader& reader, const Json& object) {
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"name", "a_mm", "b_mm", "dbl_mm", "temple_mm"}));
   SoldSize size;
   const Result<std::string> name = reader.Text(object, "name");
-  RETURN_IF_ERROR(name);
+  if (!name) return Fail(name);
   size.name = *name;
   for (const SizeNumber& number : kSizeNumbers) {
     const Result<double> value = reader.Number(object, number.key);
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     size.*number.member = *value;
   }
   if (object.contains("b_mm")) {
     const Result<double> value = reader.Number(object, "b_mm");
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     size.b = *value;
   }
   if (const Status valid = Validate(size); !valid) return reader.Refuse(reader.Named("") + ": " + valid.error().seen);
@@ -56,11 +56,11 @@ Result<std::vector<SoldSize>> ReadSizes(const JsonReader& reader, const Json& ob
   std::vector<SoldSize> sizes;
   if (!object.contains("sizes")) return sizes;
   const Result<const Json*> array = reader.Array(object, "sizes");
-  RETURN_IF_ERROR(array);
+  if (!array) return Fail(array);
   for (std::size_t k = 0; k < (*array)->size(); ++k) {
     const JsonReader inside = reader.Within(fmt::format("sizes[{}]", k));
     Result<SoldSize> size = ReadSize(inside, (**array)[k]);
-    RETURN_IF_ERROR(size);
+    if (!size) return Fail(size);
     const auto same = [&size](const SoldSize& other) { return other.name == size->name; };
     if (size->name.empty() || std::any_of(sizes.begin(), sizes.end(), same)) {
       return reader.Refuse(fmt::format("{} is empty or there twice", inside.Named("name")));
@@ -74,16 +74,16 @@ Result<LibraryStyle> ReadLibraryStyle(const JsonReader& reader, const Json& obje
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"name", "description", "material", "parameters", "details", "sizes"}));
   LibraryStyle style;
   const Result<std::string> description = reader.Text(object, "description");
-  RETURN_IF_ERROR(description);
+  if (!description) return Fail(description);
   style.description = *description;
   const auto material = ReadMaterial(reader, object);
-  RETURN_IF_ERROR(material);
+  if (!material) return Fail(material);
   style.material = material->value_or(DesignMaterial::kAcetate);
   const Result<FrameDesign> design = ReadDesign(reader, object);
-  RETURN_IF_ERROR(design);
+  if (!design) return Fail(design);
   style.design = *design;
   Result<std::vector<SoldSize>> sizes = ReadSizes(reader, object);
-  RETURN_IF_ERROR(sizes);
+  if (!sizes) return Fail(sizes);
   style.sizes = *std::move(sizes);
   return style;
 }
@@ -147,24 +147,24 @@ const FrameLibrary& BuiltInFrameLibrary() {
 Result<FrameLibrary> FrameLibraryFromJson(std::string_view json, std::string_view name) {
   const JsonReader reader(name, kAdvice);
   const Result<Json> root = reader.Root(json);
-  RETURN_IF_ERROR(root);
+  if (!root) return Fail(root);
   RETURN_IF_ERROR(reader.Version(*root, kFormat, 1));
   RETURN_IF_ERROR(reader.OnlyKeys(*root, {"format", "version", "styles"}));
   const Result<const Json*> array = reader.Array(*root, "styles");
-  RETURN_IF_ERROR(array);
+  if (!array) return Fail(array);
   FrameLibrary library;
   for (std::size_t k = 0; k < (*array)->size(); ++k) {
     const Json& object = (**array)[k];
     const std::string place = fmt::format("styles[{}]", k);
     if (!object.is_object()) return reader.Refuse(reader.Named(place) + " is no object");
     const Result<std::string> style_name = reader.Within(place).Text(object, "name");
-    RETURN_IF_ERROR(style_name);
+    if (!style_name) return Fail(style_name);
     if (style_name->empty() || library.Find(*style_name)) {
       return reader.Refuse(
           fmt::format("{} '{}' is empty or there twice", reader.Within(place).Named("name"), *style_name));
     }
     Result<LibraryStyle> style = ReadLibraryStyle(reader.Within(fmt::format("{} ({})", place, *style_name)), object);
-    RETURN_IF_ERROR(style);
+    if (!style) return Fail(style);
     style->name = *style_name;
     style->design.style = *style_name;
     library.styles.push_back(*std::move(style));

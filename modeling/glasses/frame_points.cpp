@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kEdgeSteps = 12;  // points on each side of a lens' patch
+constexpr int kEdgeSteps = 12;  // points on each of a lens' four curves
 
 bool StartsWith(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }
 
@@ -113,33 +113,27 @@ std::vector<Vector3d> SamplePoints(const PatchShell& shell, const PointDensity& 
   return points;
 }
 
-LensPlane LensPlaneOf(const BezierPatch& lens) {
-  std::vector<Vector3d> edge;
-  for (int k = 0; k < kEdgeSteps; ++k) edge.push_back(lens.Point(static_cast<double>(k) / kEdgeSteps, 0.0));
-  for (int k = 0; k < kEdgeSteps; ++k) edge.push_back(lens.Point(1.0, static_cast<double>(k) / kEdgeSteps));
-  for (int k = 0; k < kEdgeSteps; ++k) edge.push_back(lens.Point(1.0 - static_cast<double>(k) / kEdgeSteps, 1.0));
-  for (int k = 0; k < kEdgeSteps; ++k) edge.push_back(lens.Point(0.0, 1.0 - static_cast<double>(k) / kEdgeSteps));
-  // Newell's normal of the closed outline; the mean of the edge lies in its plane.
-  Vector3d area = Vector3d::Zero();
-  Vector3d mean = Vector3d::Zero();
-  for (std::size_t k = 0; k < edge.size(); ++k) {
-    area += edge[k].cross(edge[(k + 1) % edge.size()]);
-    mean += edge[k] / static_cast<double>(edge.size());
-  }
+LensPlane LensPlaneOf(const Rim& rim, Eye eye) {
+  const auto sided = [eye](const Vector3d& v) { return eye == Eye::kRight ? v : MirroredX(v); };
   LensPlane plane;
-  plane.forward = area.y() >= 0.0 ? area.normalized() : Vector3d(-area.normalized());
+  plane.forward = sided(rim.frame_from_rim.linear().col(1));
   plane.right = plane.forward.cross(Vector3d::UnitZ()).normalized();
   plane.up = plane.right.cross(plane.forward);
+  const Vector3d origin = sided(rim.frame_from_rim.translation());
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
   Eigen::Vector2d high = -low;
-  for (const Vector3d& p : edge) {
-    plane.outline.emplace_back((p - mean).dot(plane.right), (p - mean).dot(plane.up));
-    low = low.cwiseMin(plane.outline.back());
-    high = high.cwiseMax(plane.outline.back());
+  for (std::size_t k = 0; k < 4; ++k) {
+    const BezierCurve curve = LensCurve(rim, k);
+    for (int step = 0; step < kEdgeSteps; ++step) {
+      const Vector3d off = sided(CubicBezierPoint(curve, static_cast<double>(step) / kEdgeSteps)) - origin;
+      plane.outline.emplace_back(off.dot(plane.right), off.dot(plane.up));
+      low = low.cwiseMin(plane.outline.back());
+      high = high.cwiseMax(plane.outline.back());
+    }
   }
   const Eigen::Vector2d middle = 0.5 * (low + high);
   for (Eigen::Vector2d& p : plane.outline) p -= middle;
-  plane.centre = mean + middle.x() * plane.right + middle.y() * plane.up;
+  plane.centre = origin + middle.x() * plane.right + middle.y() * plane.up;
   plane.a = high.x() - low.x();
   plane.b = high.y() - low.y();
   return plane;

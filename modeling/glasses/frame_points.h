@@ -51,7 +51,7 @@ struct PointDensity {
 /// The role of a shell by its body's and its own name (FrameBodies); rims, mounts and what is not known count as rim.
 [[nodiscard]] FrameRole RoleOfPart(const std::string& body, const std::string& shell);
 
-/// The plane of a lens in the frame frame: of its outline.
+/// The plane of a lens in the frame frame: its rim's (Rim::frame_from_rim), on which outline and box are measured.
 struct LensPlane {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< Box centre, in the plane.
   Eigen::Vector3d right = Eigen::Vector3d::UnitX();    ///< Unit, level, the wearer's right.
@@ -61,6 +61,6 @@ struct LensPlane {
   double b = 0.0;                                      ///< Box height, mm.
   std::vector<Eigen::Vector2d> outline;                ///< (right, up) from the centre, mm.
 };
-[[nodiscard]] LensPlane LensPlaneOf(const BezierPatch& lens);
+[[nodiscard]] LensPlane LensPlaneOf(const Rim& rim, Eye eye);
 
 }  // namespace annulus

@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 
 /// Places so much farther than the least one may become it when refined, mm.
 constexpr double kMayBeLeast = 0.15;
-constexpr std::size_t kMostRefined = 6;
+constexpr std::size_t kMostRefined = 4;
 constexpr int kNetRounds = 4;
 
 }  // namespace
@@ -61,8 +61,10 @@ SkinPlace FrameSkin::Refined(const WornPose& pose, const PointDensity& density, 
   best.distance = pose.Nearest(from.position).distance;
   for (int round = 0; round < kNetRounds; ++round) {
     const SkinPlace middle = best;
-    for (int i = -2; i <= 2; ++i) {
-      for (int j = -2; j <= 2; ++j) {
+    const int reach = round == 0 ? 2 : 1;
+    for (int i = -reach; i <= reach; ++i) {
+      for (int j = -reach; j <= reach; ++j) {
+        if (i == 0 && j == 0) continue;
         SkinPlace place = middle;
         place.u = std::clamp(middle.u + i * step_u, 0.0, 1.0);
         place.v = std::clamp(middle.v + j * step_v, 0.0, 1.0);
@@ -71,8 +73,8 @@ SkinPlace FrameSkin::Refined(const WornPose& pose, const PointDensity& density, 
         if (place.distance < best.distance) best = place;
       }
     }
-    step_u *= 0.4;
-    step_v *= 0.4;
+    step_u *= 0.5;
+    step_v *= 0.5;
   }
   return best;
 }

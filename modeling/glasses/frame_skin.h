@@ -54,7 +54,7 @@ class FrameSkin {
   /// they are farther than `exact_within` mm).
   [[nodiscard]] std::vector<SkinPlace> Measure(const WornPose& pose, const PointDensity& density,
                                                double exact_within) const;
-  /// The least distance about a measured place: by ever finer nets over the patch, 1/256 of the density's step at last.
+  /// The least distance about a measured place: by ever finer nets over the patch, 1/16 of the density's step at last.
   [[nodiscard]] SkinPlace Refined(const WornPose& pose, const PointDensity& density, const SkinPlace& from) const;
   /// The least distance of those measured places that `accept` takes, refined. distance is 1e9 if there is none.
   [[nodiscard]] SkinPlace Least(const WornPose& pose, const PointDensity& density,

@@ -16,7 +16,7 @@ const std::vector<FrameStyle>& FrameStyles() {
 
 Result<FrameParameters> FindFrameStyle(std::string_view name) {
   const Result<const LibraryStyle*> style = BuiltInFrameLibrary().Find(name);
-  RETURN_IF_ERROR(style);
+  if (!style) return Fail(style);
   return (*style)->design.parameters;
 }
 

@@ -33,11 +33,6 @@ double Between(const BezierCurve& inner, const BezierCurve& outer) {
   return smallest;
 }
 
-BezierCurve Column(const BezierPatch& patch, std::size_t j) {
-  const auto& net = patch.control_net();
-  return {net[0][j], net[1][j], net[2][j], net[3][j]};
-}
-
 /// The thinner direction of a tube's sections between two places.
 double ThinnestSection(const BezierTube& tube, double from, double to) {
   double thinnest = std::numeric_limits<double>::infinity();
@@ -69,8 +64,7 @@ void AppendRim(const Frame& frame, std::vector<Wall>& walls) {
   const bool half = frame.design.details.rim == RimForm::kHalf;
   for (std::size_t k = 0; k < 4; ++k) {
     if (half && k == 2) continue;
-    const BezierTube& tube = frame.rim_right[k];
-    walls.push_back({names[k], Between(LensCurve(frame.rim, k), Column(tube.a(), 3))});
+    walls.push_back({names[k], Between(LensCurve(frame.rim, k), RimCurve(frame.rim, k, 1.0))});
   }
   walls.push_back({"rim_depth", (frame.rim_right[0].Point(0.5, 0.25) - frame.rim_right[0].Point(0.5, 0.75)).norm()});
 }
@@ -78,11 +72,12 @@ void AppendRim(const Frame& frame, std::vector<Wall>& walls) {
 /// Half way from the lips to the bottom, from the flank to the rim's front.
 void AppendShoulder(const Frame& frame, std::vector<Wall>& walls) {
   if (frame.rim.groove_v <= 0.0) return;
+  const std::vector<BezierTube>& tubes = frame.rim_right;
   double thinnest = std::numeric_limits<double>::infinity();
   for (const std::size_t i : {std::size_t{0}, std::size_t{6}}) {  // d1, d2
-    const BezierTube& tube = frame.rim_right[i / 3];
+    const BezierTube& tube = tubes[(i / 3) * tubes.size() / 4];
     const Vector3d lip = tube.a().Point(0.0, frame.rim.groove_v);
-    const Vector3d bottom = frame.rim.m[i] + frame.rim.lens_place[i] * frame.rim.half_width[i];
+    const Vector3d bottom = LensPoint(frame.rim, i / 3, 0.0);
     const Vector3d flank = 0.5 * (lip + bottom);
     for (double v = frame.rim.groove_v; v < 1.0; v += 0.005) {
       thinnest = std::min(thinnest, (tube.a().Point(0.0, v) - flank).norm());

@@ -58,8 +58,8 @@ Result<FrontShape> MakeFrontShape(const FrameDesign& design, const FitGoals& goa
       if (p.x() < front.hinges[1].x()) front.hinges[1] = p;
     }
   }
-  const BezierPatch lens = RightLens(design, MakeRim(design));
-  front.lenses = {LensPlaneOf(lens), LensPlaneOf(lens.MirroredX())};
+  const Rim rim = MakeRim(design);
+  front.lenses = {LensPlaneOf(rim, Eye::kRight), LensPlaneOf(rim, Eye::kLeft)};
   for (std::size_t side = 0; side < 2; ++side) {
     AddLens(front.lenses[side], lens_back[side], goals.lens_clearance, front.points);
   }

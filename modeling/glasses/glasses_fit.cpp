@@ -84,8 +84,9 @@ double MeanBearing(const WearerHead& head, const FrontShape& front, const FrontP
   return 0.5 * sum;
 }
 
-/// The bridge gap with which this form would bear in the pose that lenses and pupils want: secant rule.
-double IdealGap(const PoseProblem& problem) {
+/// The bridge gap with which this form would bear when the pupils lie so far above the box centres and the lenses so
+/// far before the eyes (mm): secant rule.
+double BearingGap(const PoseProblem& problem, double pupil_above, double vertex_distance) {
   const PoseTask& task = problem.task();
   const double design_gap = task.design.bridge_gap();
   const auto bearing = [&](double gap) {
@@ -95,6 +96,8 @@ double IdealGap(const PoseProblem& problem) {
     if (!front) return std::nan("");
     FrontPose pose = problem.Start().pose;
     pose.shift.x() = task.head->nose_lateral();
+    pose.shift.y() += vertex_distance - task.goals.vertex_distance.best;
+    pose.shift.z() -= pupil_above - task.goals.pupil_above_centre.best;
     return MeanBearing(*task.head, *front, pose);
   };
   double gap = design_gap;
@@ -139,7 +142,7 @@ Status Dress(FittedFrame& fitted) {
     worn.adjustment.pad_right = (*fitted.pads)[0].pose;
     worn.adjustment.pad_left = (*fitted.pads)[1].pose;
   }
-  const auto temples = FitTemples(*fitted.head, design, worn.station_from_frame, worn.adjustment);
+  const auto temples = FitTemples(*fitted.head, design, worn.station_from_frame, worn.adjustment, fitted.temple_extra);
   RETURN_IF_ERROR(temples);
   fitted.temples = *temples;
   worn.adjustment.temple_right = fitted.temples[0].shape;
@@ -188,11 +191,18 @@ Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
   RETURN_IF_ERROR(front);
   const auto seated = SeatFront(head, *front, solved.state.pose);
   RETURN_IF_ERROR(seated);
-  FittedFrame fitted{&head, &options, *problem, solved.state, *front, *seated, {}, {}, {}, {}, IdealGap(*problem)};
+  FittedFrame fitted{&head, &options, *problem, solved.state, *front, *seated, {}, {}, {}, {}, 0.0, 0.0, {}};
+  const FitGoals& goals = problem->task().goals;
+  fitted.least_gap = BearingGap(*problem, goals.pupil_above_centre.high, goals.vertex_distance.low);
+  fitted.largest_gap = BearingGap(*problem, goals.pupil_above_centre.low, goals.vertex_distance.high);
+  if (fitted.least_gap > fitted.largest_gap) std::swap(fitted.least_gap, fitted.largest_gap);
   RETURN_IF_ERROR(Dress(fitted));
   SkinReport skin = MeasureSkin(fitted);
-  for (int round = 0; round < kCorrections && skin.front_penetration > kEnters; ++round) {
-    fitted.seated.pose.shift.y() += skin.front_penetration + 0.01;
+  for (int round = 0; round < kCorrections && skin.penetration > kEnters; ++round) {
+    if (skin.front_penetration > kEnters) fitted.seated.pose.shift.y() += skin.front_penetration + 0.01;
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (skin.temple_penetration[side] > kEnters) fitted.temple_extra[side] += skin.temple_penetration[side] + 0.01;
+    }
     RETURN_IF_ERROR(Dress(fitted));
     skin = MeasureSkin(fitted);
   }
@@ -202,8 +212,8 @@ Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
   fit.penetration = skin.penetration;
   AddBalance(fitted, skin, fit);
   AddGoals(fitted, skin, fit);
+  AddAdvice(fitted, skin, fit);
   fit.clearance = std::move(skin.map);
-  AddAdvice(fitted, fit);
   return fit;
 }
 

@@ -32,6 +32,9 @@ struct GlassesFitOptions {
   std::array<std::optional<double>, 2> lens_back;
   std::array<double, 2> lens_mass_g{0.0, 0.0};  ///< Right, left; 0: not known.
   double frame_density = 1.3;                   ///< g/cm³; acetate 1.3, titanium 4.5.
+  /// Overall length of the temples from hinge to tip, mm, where they are not made for the wearer: what is not needed to
+  /// the ear becomes tip. Absent: the tip is as long as the design says.
+  std::optional<double> temple_length;
   FitDetail detail = FitDetail::kFull;
 };
 

@@ -128,11 +128,18 @@ HeadGap HeadDistance::FirstOrder(const Vector3d& p) const {
     return {radius < 1e-9 ? -kFar : kFar, Vector3d::UnitY()};
   }
   const RadiusJet jet = Jet(std::atan2(p.y(), p.x()), p.z());
-  const double slope = jet.r_theta / std::max(jet.r, 1.0);
+  const double r = std::max(jet.r, 1.0);
+  const double slope = jet.r_theta / r;
   const double length = std::sqrt(1.0 + slope * slope + jet.r_z * jet.r_z);
+  const double distance = (radius - jet.r) / length;
+  // d(length), by theta and by z: of the slopes, which change over the surface.
+  const double by_theta = (slope * (jet.r_theta_theta / r - slope * slope) + jet.r_z * jet.r_theta_z) / length;
+  const double by_z = (slope * (jet.r_theta_z / r - slope * jet.r_z / r) + jet.r_z * jet.r_z_z) / length;
   const Vector3d radial(p.x() / radius, p.y() / radius, 0.0);
   const Vector3d across(-radial.y(), radial.x(), 0.0);
-  return {(radius - jet.r) / length, (radial - slope * across - jet.r_z * Vector3d::UnitZ()) / length};
+  const Vector3d of_gap = radial - jet.r_theta / radius * across - jet.r_z * Vector3d::UnitZ();
+  const Vector3d of_length = by_theta / radius * across + by_z * Vector3d::UnitZ();
+  return {distance, (of_gap - distance * of_length) / length};
 }
 
 Vector2d HeadDistance::NearestSample(const Vector3d& p, double theta, double reach) const {

@@ -7,7 +7,7 @@
 
 namespace annulus {
 
-/// A distance from the head and how it grows: the gradient is the head's outward normal, unit or nearly so.
+/// A distance from the head and its derivative by the point's place; at the skin that is the outward unit normal.
 struct HeadGap {
   double distance = 0.0;  ///< mm, negative inside.
   Eigen::Vector3d gradient = Eigen::Vector3d::UnitY();

@@ -32,6 +32,12 @@ constexpr double kWander = 0.3;
 /// Of the half thickness, how far a rim may bend away from a hidden end.
 constexpr double kBend = 0.2;
 
+/// The point of a curve of a side at height z, with the bend.
+Vector3d BentPoint(const Rim& rim, RimSide side, const BezierCurve& curve, double z) {
+  const double u = CurveParameterAt(curve, z);
+  return CubicBezierPoint(curve, u) + RimBend(rim, TubeOf(side), u);
+}
+
 /// How far a curve in the rim leaves a chord of it: in the rim's plane in half widths, along its normal in half
 /// thicknesses.
 struct Bulge {
@@ -47,7 +53,7 @@ Bulge BulgeOver(const Rim& rim, RimSide side, const BezierCurve& curve, const Ve
   Bulge bulge;
   for (const double share : {0.25, 0.5, 0.75}) {
     const Vector3d chord = (1.0 - share) * top + share * bottom;
-    const Vector3d on_curve = CubicBezierPoint(curve, CurveParameterAt(curve, chord.z()));
+    const Vector3d on_curve = BentPoint(rim, side, curve, chord.z());
     const Vector3d sag = on_curve - chord;
     const double in_plane = (sag - sag.dot(normal) * normal).norm();
     // Beside its centre line a bent rim has the height of another place along it.
@@ -73,6 +79,14 @@ double RimParameterAt(const Rim& rim, RimSide side, double z) {
   return CurveParameterAt(RimCurve(rim, TubeOf(side), 0.0), z);
 }
 
+Vector3d CentreLineAt(const Rim& rim, RimSide side, double z) {
+  return BentPoint(rim, side, RimCurve(rim, TubeOf(side), 0.0), z);
+}
+
+double SideZ(const Rim& rim, RimSide side, double u) {
+  return CubicBezierPoint(RimCurve(rim, TubeOf(side), 0.0), u).z();
+}
+
 BezierCurve HiddenCurve(const Rim& rim, RimSide side) { return RimCurve(rim, TubeOf(side), HiddenPlace(rim, side)); }
 
 TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width) {
@@ -84,8 +98,8 @@ TubeSection HiddenEnd(const Rim& rim, RimSide side, double z, double width) {
   Vector3d bottom;
   Bulge bulge;
   for (int round = 0; round < 12; ++round) {
-    top = CubicBezierPoint(curve, CurveParameterAt(curve, z + 0.5 * height));
-    bottom = CubicBezierPoint(curve, CurveParameterAt(curve, z - 0.5 * height));
+    top = BentPoint(rim, side, curve, z + 0.5 * height);
+    bottom = BentPoint(rim, side, curve, z - 0.5 * height);
     bulge = BulgeOver(rim, side, curve, top, bottom);
     const double excess = std::max(bulge.in_plane / kWander, bulge.out_of_plane / kBend);
     if (excess <= 1.0) break;

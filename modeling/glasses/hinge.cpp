@@ -59,6 +59,11 @@ HingeAxis PlaceHinge(const FrameDesign& design, const HingeAxis& joint) {
   return axis;
 }
 
+Eigen::Isometry3d ClosedFromOpen(const HingeAxis& axis, double angle) {
+  const Eigen::AngleAxisd turn(angle, axis.outward.cross(axis.back).normalized());
+  return Eigen::Translation3d(axis.point) * turn * Eigen::Translation3d(-axis.point);
+}
+
 HingeShells MakeHinge(const FrameDesign& design, const HingeAxis& axis) {
   const double third = (axis.height - 2.0 * kKnuckleGap) / 3.0;
   HingeShells shells;

@@ -145,7 +145,7 @@ Result<double> JsonReader::Angle(const Json& parent, std::string_view stem) cons
   const std::string radians = fmt::format("{}_rad", stem);
   if (!parent.contains(radians)) {
     const Result<double> value = Number(parent, degrees);
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     return RadiansFromDegrees(*value);
   }
   if (parent.contains(degrees)) return Refuse(fmt::format("{} and {} are both there", Named(degrees), Named(radians)));

@@ -93,11 +93,10 @@ PadAxes AxesOf(const FrameDesign& d, const Rim& rim, const PadPose& pose, double
 }  // namespace
 
 PadPose StandardPad(const FrameDesign& d, const Rim& rim) {
-  const BezierTube nose_side = RimTube(rim, 1);
   const bool fixed = d.details.pads == PadForm::kFixed;
-  const double lowest = nose_side.CentreLine(0.85).z();
+  const double lowest = SideZ(rim, RimSide::kNose, 0.85);
   const double z = std::max(lowest, BridgeZ(d) - 8.0);
-  const Vector3d on_rim = nose_side.CentreLine(RimParameterAt(rim, RimSide::kNose, z));
+  const Vector3d on_rim = CentreLineAt(rim, RimSide::kNose, z);
   // Fixed pads stand close to the rim's skin, adjustable ones behind it.
   const double skin = 0.5 * std::max(d.parameters.upper_thickness, d.parameters.lower_thickness);
   PadPose pose;
@@ -110,9 +109,8 @@ PadPose StandardPad(const FrameDesign& d, const Rim& rim) {
 }
 
 double PadAnchorZ(const FrameDesign& d, const Rim& rim, const PadPose& pose) {
-  const BezierTube nose_side = RimTube(rim, 1);
-  const double high = std::min(nose_side.CentreLine(0.05).z(), BridgeZ(d));
-  const double low = std::min(high, nose_side.CentreLine(0.9).z());
+  const double high = std::min(SideZ(rim, RimSide::kNose, 0.05), BridgeZ(d));
+  const double low = std::min(high, SideZ(rim, RimSide::kNose, 0.9));
   return std::clamp(pose.centre.z() + (d.details.pads == PadForm::kAdjustable ? 2.0 : 0.0), low, high);
 }
 
@@ -129,11 +127,11 @@ PatchShell PadShell(const FrameDesign& d, const Rim& rim, const PadPose& pose) {
     const Vector3d nasal = -rim.frame_from_rim.linear().col(0);
     const double reach = (hidden.centre - pose.centre).norm() / 3.0;
     const Oval bulged = MakeOval(rim_of_face - std::min(0.8, reach) * pose.normal, large.up, large.front, kSquareness);
-    return Loft("pad_right", {face, bulged, Shifted(root, reach * nasal), root}, raised);
+    return Loft("pad", {face, bulged, Shifted(root, reach * nasal), root}, raised);
   }
   const Vector3d back = -kPadThickness * pose.normal;
   const Oval bulged = MakeOval(rim_of_face, large.up, large.front, kSquareness);
-  return Loft("pad_right", {face, bulged, Shifted(bulged, back), Shifted(face, back)}, raised);
+  return Loft("pad", {face, bulged, Shifted(bulged, back), Shifted(face, back)}, raised);
 }
 
 PatchShell PadWire(const PadPose& pose, const Vector3d& anchor, const Vector3d& leaving, double diameter) {
@@ -146,7 +144,7 @@ PatchShell PadWire(const PadPose& pose, const Vector3d& anchor, const Vector3d& 
   const double reach = 0.7 * (end - anchor).norm();
   const TubeJet from = jet(anchor, leaving, Vector3d::UnitZ());
   const TubeJet to = jet(end, pose.normal, pose.up);
-  return ShellOfTubes("pad_wire_right", {HermiteTube(from, to, reach, reach)}, TubeEnds::kCapped);
+  return ShellOfTubes("pad_wire", {HermiteTube(from, to, reach, reach)}, TubeEnds::kCapped);
 }
 
 double PadWireDiameter(const FrameDesign& d, const Rim& rim) {

@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 
 constexpr double kTouch = 0.01;  // mm
 constexpr int kRounds = 4;
-constexpr int kNet = 3;  // points from a pad's middle to its edge
-constexpr PointDensity kDensity{12, 8};
+constexpr int kNet = 2;  // points from a pad's middle to its edge
+constexpr PointDensity kDensity{10, 6};
 
 /// The plane through the skin under a pad (least squares), seen along `normal`: its normal and its point.
 struct SkinPlane {
@@ -89,7 +89,7 @@ Result<std::optional<std::array<PadFit, 2>>> FitPads(const WearerHead& head, con
     WornPose pose;
     pose.head = &head;
     pose.station_from_frame = station_from_frame;
-    const std::vector<SkinPlace> places = skin.Measure(pose, kDensity, 6.0);
+    const std::vector<SkinPlace> places = skin.Measure(pose, kDensity, 3.0);
     for (std::size_t side = 0; side < 2; ++side) {
       const SkinPlace least = skin.Least(
           pose, kDensity, places, [&](const SkinPlace& place) { return (place.position.x() > 0.0) == (side == 0); });

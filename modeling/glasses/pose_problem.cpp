@@ -29,7 +29,8 @@ constexpr double kPadPull = 4.0;         // mm
 constexpr double kPull = 0.5;            // of a goal towards its best value
 constexpr double kHold = 5.0;            // of a goal back into its range
 constexpr double kInside = 0.06;         // of the half range: where the hold begins before the range ends
-constexpr double kLevelScale = RadiansFromDegrees(2.0);
+constexpr double kRollScale = RadiansFromDegrees(8.0);  // the eyes' heights say more than the head's lean
+constexpr double kYawScale = RadiansFromDegrees(2.0);
 constexpr double kSoftness = 0.1;  // mm; of the least of several distances
 /// What an optician can bend: tilt of the front against the level, and its roll and yaw.
 constexpr double kLeastTilt = RadiansFromDegrees(-2.0);
@@ -112,8 +113,8 @@ std::array<T, kGoalRows> GoalResiduals(const GoalNumbers<T>& numbers, const FitG
   }
   add(numbers.pantoscopic_tilt, goals.pantoscopic_tilt);
   add(numbers.face_form, goals.face_form);
-  rows[row++] = numbers.roll / kLevelScale;
-  rows[row++] = numbers.yaw / kLevelScale;
+  rows[row++] = numbers.roll / kRollScale;
+  rows[row++] = numbers.yaw / kYawScale;
   ENSURE(row == rows.size(), "every goal has its rows");
   return rows;
 }

@@ -81,57 +81,90 @@ BezierCurve CurveAt(const Rim& rim, std::size_t k, const PlaceOfRow& place) {
   return curve;
 }
 
-/// Moves the M_i along y so that the lens' outline comes nearest to the sphere with its front-most point at y = 0 over
-/// the rectangle's centre, then so that the mean of M0, M3, M6, M9 has y = 0. These four stay midway between their
-/// neighbours (C1).
+double BendAt(const std::array<double, 7>& bend, double u) {
+  const std::size_t first = u < 0.5 ? 0 : 3;
+  const std::array<double, 4> b = CubicBernstein(u < 0.5 ? 2.0 * u : 2.0 * u - 1.0);
+  return b[0] * bend[first] + b[1] * bend[first + 1] + b[2] * bend[first + 2] + b[3] * bend[first + 3];
+}
+
+/// Bends the rim so that the lens' outline comes nearest to the sphere with its front-most point at y = 0 over the
+/// rectangle's centre, then moves it so that the mean over M0, M3, M6, M9 is 0. Where pieces meet, the control value is
+/// the mean of its neighbours, as the M_i are there: C1.
 void BendToSphere(double radius, Rim& rim) {
-  constexpr int kSteps = 8;
-  using Unknowns = Eigen::Matrix<double, 8, 1>;
-  // Unknown 2k is y of M_3k+1, 2k + 1 that of M_3k+2; M_3k has the mean of 2k and 2k - 1.
-  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+  constexpr int kSteps = 16;
+  using Unknowns = Eigen::Matrix<double, 16, 1>;
+  // Unknowns 4k … 4k + 3: control values 1, 2, 4, 5 of tube k. Weights of all of them at a place:
+  const auto row_at = [](std::size_t k, double u) {
+    Unknowns row = Unknowns::Zero();
+    const auto at = [&row](std::size_t i) -> double& { return row[static_cast<Eigen::Index>(i % 16)]; };
+    const bool second = u >= 0.5;
+    const std::array<double, 4> b = CubicBernstein(second ? 2.0 * u - 1.0 : 2.0 * u);
+    const std::size_t first = 4 * k + (second ? 2 : 0);
+    at(first + 15) += 0.5 * b[0];
+    at(first) += 0.5 * b[0] + b[1];
+    at(first + 1) += b[2] + 0.5 * b[3];
+    at(first + 2) += 0.5 * b[3];
+    return row;
+  };
+  Eigen::Matrix<double, 16, 16> normal = Eigen::Matrix<double, 16, 16>::Zero();
   Unknowns right = Unknowns::Zero();
   for (std::size_t k = 0; k < 4; ++k) {
     const BezierCurve curve = LensCurve(rim, k);
     for (int step = 0; step <= kSteps; ++step) {
       const double u = static_cast<double>(step) / kSteps;
-      const std::array<double, 4> b = CubicBernstein(u);
-      const Vector3d p = CubicBezierPoint(curve, u);
-      const double sag = std::sqrt(radius * radius - p.squaredNorm()) - radius;
-      Unknowns row = Unknowns::Zero();
-      const auto at = [&row](std::size_t i) -> double& { return row[static_cast<Eigen::Index>(i % 8)]; };
-      at(2 * k + 7) += 0.5 * b[0];
-      at(2 * k) += 0.5 * b[0] + b[1];
-      at(2 * k + 1) += b[2] + 0.5 * b[3];
-      at(2 * k + 2) += 0.5 * b[3];
+      // √(R² - ρ²) - R, also for the largest R.
+      const double rho2 = CubicBezierPoint(curve, u).squaredNorm();
+      const double sag = -rho2 / (radius + std::sqrt(radius * radius - rho2));
+      const Unknowns row = row_at(k, u);
       normal += row * row.transpose();
       right += sag * row;
     }
   }
   const Unknowns y = normal.ldlt().solve(right);
-  const auto value = [&y](std::size_t i) { return y[static_cast<Eigen::Index>(i % 8)]; };
+  const auto value = [&y](std::size_t i) { return y[static_cast<Eigen::Index>(i % 16)]; };
+  const auto joint = [&value](std::size_t next) { return 0.5 * (value(next + 15) + value(next)); };
   double mean = 0.0;
   for (std::size_t k = 0; k < 4; ++k) {
-    rim.m[3 * k].y() = 0.5 * (value(2 * k) + value(2 * k + 7));
-    rim.m[3 * k + 1].y() = value(2 * k);
-    rim.m[3 * k + 2].y() = value(2 * k + 1);
-    mean += 0.25 * rim.m[3 * k].y();
+    const std::size_t i = 4 * k;
+    rim.bend[k] = {joint(i), value(i), value(i + 1), joint(i + 2), value(i + 2), value(i + 3), joint(i + 4)};
+    mean += 0.25 * rim.bend[k][0];
   }
-  for (Vector3d& m : rim.m) m.y() -= mean;
+  for (auto& bend : rim.bend) {
+    for (double& control : bend) control -= mean;
+  }
   rim.sphere_front = -mean;
+  rim.bent = true;
 }
 
-/// A stretch of one of the rim's tubes.
+/// A stretch of one of the rim's tubes; of a bent rim within one half of it.
 struct Stretch {
   std::size_t tube;
   double from;
   double to;
 };
 
-BezierPatch Sub(const BezierPatch& patch, const Stretch& s) {
-  BezierPatch piece = patch;
-  if (s.to < 1.0) piece = piece.Split(PatchDirection::kU, s.to).first;
-  if (s.from > 0.0) piece = piece.Split(PatchDirection::kU, s.from / s.to).second;
-  return piece;
+/// The same stretches cut where the pieces of a bend meet.
+std::vector<Stretch> CutAtBends(const Rim& rim, const std::vector<Stretch>& stretches) {
+  if (!rim.bent) return stretches;
+  std::vector<Stretch> cut;
+  for (const Stretch& s : stretches) {
+    if (s.from < 0.5) cut.push_back({s.tube, s.from, std::min(s.to, 0.5)});
+    if (s.to > 0.5) cut.push_back({s.tube, std::max(s.from, 0.5), s.to});
+  }
+  return cut;
+}
+
+/// What the bend adds to the four control sections of a stretch.
+std::array<Vector3d, 4> BendOf(const Rim& rim, const Stretch& s) {
+  const Vector3d normal = rim.half_depth.normalized();
+  const std::size_t first = s.from < 0.5 ? 0 : 3;
+  BezierCurve curve;
+  for (std::size_t i = 0; i < 4; ++i) curve[i] = rim.bend[s.tube][first + i] * normal;
+  const double from = 2.0 * s.from - (first > 0 ? 1.0 : 0.0);
+  const double to = 2.0 * s.to - (first > 0 ? 1.0 : 0.0);
+  if (to < 1.0) curve = Split(curve, to).first;
+  if (from > 0.0) curve = Split(curve, from / to).second;
+  return curve;
 }
 
 BezierCurve Sub(const BezierCurve& curve, const Stretch& s) {
@@ -139,6 +172,23 @@ BezierCurve Sub(const BezierCurve& curve, const Stretch& s) {
   if (s.to < 1.0) piece = Split(piece, s.to).first;
   if (s.from > 0.0) piece = Split(piece, s.from / s.to).second;
   return piece;
+}
+
+/// The tube's sections over a stretch: centres and half widths are cut like curves, then bent.
+BezierTube TubeOver(const Rim& rim, const Stretch& s) {
+  const BezierCurve centre = Sub(RimCurve(rim, s.tube, 0.0), s);
+  const BezierCurve outer = Sub(RimCurve(rim, s.tube, 1.0), s);
+  BezierTube::Sections sections;
+  const std::array<Vector3d, 4> bend =
+      rim.bent ? BendOf(rim, s) : BezierCurve{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
+  for (std::size_t i = 0; i < 4; ++i) sections[i] = {centre[i] + bend[i], outer[i] - centre[i], rim.half_depth};
+  return BezierTube(sections);
+}
+
+std::vector<BezierTube> TubesOver(const Rim& rim, const std::vector<Stretch>& stretches) {
+  std::vector<BezierTube> tubes;
+  for (const Stretch& stretch : CutAtBends(rim, stretches)) tubes.push_back(TubeOver(rim, stretch));
+  return tubes;
 }
 
 BezierCurve Column(const BezierPatch& patch, std::size_t j) {
@@ -154,12 +204,15 @@ struct Skin {
 };
 
 Skin SkinOf(const Rim& rim, const Stretch& stretch) {
-  const BezierTube tube = RimTube(rim, stretch.tube);
-  const BezierPatch a = Sub(tube.a(), stretch);
-  const BezierPatch b = Sub(tube.b(), stretch);
-  if (rim.groove_v <= 0.0) return {a, b, std::nullopt};
-  return {a.Split(PatchDirection::kV, rim.groove_v).second, b.Split(PatchDirection::kV, 1.0 - rim.groove_v).first,
-          Sub(LensCurve(rim, stretch.tube), stretch)};
+  const BezierTube tube = TubeOver(rim, stretch);
+  if (rim.groove_v <= 0.0) return {tube.a(), tube.b(), std::nullopt};
+  BezierCurve bottom = Sub(LensCurve(rim, stretch.tube), stretch);
+  if (rim.bent) {
+    const std::array<Vector3d, 4> bend = BendOf(rim, stretch);
+    for (std::size_t i = 0; i < 4; ++i) bottom[i] += bend[i];
+  }
+  return {tube.a().Split(PatchDirection::kV, rim.groove_v).second,
+          tube.b().Split(PatchDirection::kV, 1.0 - rim.groove_v).first, bottom};
 }
 
 void AppendSkin(const Skin& skin, PatchShell& shell) {
@@ -221,14 +274,18 @@ Rim MakeRim(const FrameDesign& design) {
   return rim;
 }
 
-BezierTube RimTube(const Rim& rim, std::size_t k) {
-  ENSURE(k < 4, "a rim has four tubes");
-  BezierTube::Sections sections;
-  for (std::size_t r = 0; r < 4; ++r) {
-    const std::size_t i = Rows(k)[r];
-    sections[r] = {rim.m[i], rim.half_width[i], rim.half_depth};
+std::vector<BezierTube> RimTubes(const Rim& rim) {
+  if (rim.bent) return TubesOver(rim, {{0, 0.0, 1.0}, {1, 0.0, 1.0}, {2, 0.0, 1.0}, {3, 0.0, 1.0}});
+  std::vector<BezierTube> tubes;
+  for (std::size_t k = 0; k < 4; ++k) {
+    BezierTube::Sections sections;
+    for (std::size_t r = 0; r < 4; ++r) {
+      const std::size_t i = Rows(k)[r];
+      sections[r] = {rim.m[i], rim.half_width[i], rim.half_depth};
+    }
+    tubes.emplace_back(sections);
   }
-  return BezierTube(sections);
+  return tubes;
 }
 
 BezierCurve LensCurve(const Rim& rim, std::size_t k) {
@@ -236,11 +293,27 @@ BezierCurve LensCurve(const Rim& rim, std::size_t k) {
   return CurveAt(rim, k, [&rim](std::size_t i) { return rim.lens_place[i]; });
 }
 
+Vector3d RimBend(const Rim& rim, std::size_t k, double u) {
+  return BendAt(rim.bend[k], u) * rim.half_depth.normalized();
+}
+
+Vector3d LensPoint(const Rim& rim, std::size_t k, double u) {
+  return CubicBezierPoint(LensCurve(rim, k), u) + RimBend(rim, k, u);
+}
+
 BezierPatch RightLens(const FrameDesign& d, const Rim& rim) {
   const double place = d.details.rim == RimForm::kRimless ? 0.0 : -1.0;
   const Eigen::Isometry3d rim_from_frame = rim.frame_from_rim.inverse();
+  std::array<double, 12> bend;
+  for (std::size_t k = 0; k < 4; ++k) {
+    // The cubic through the bend at 0, 1/3, 2/3 and 1.
+    const auto at = [&](int third) { return BendAt(rim.bend[k], third / 3.0); };
+    bend[3 * k] = at(0);
+    bend[3 * k + 1] = (-5.0 * at(0) + 18.0 * at(1) - 9.0 * at(2) + 2.0 * at(3)) / 6.0;
+    bend[3 * k + 2] = (2.0 * at(0) - 9.0 * at(1) + 18.0 * at(2) - 5.0 * at(3)) / 6.0;
+  }
   const auto edge = [&](std::size_t i) -> Vector3d {
-    return rim_from_frame * (rim.m[i % 12] + place * rim.half_width[i % 12]);
+    return rim_from_frame * (rim.m[i % 12] + place * rim.half_width[i % 12]) + Vector3d(0.0, bend[i % 12], 0.0);
   };
   const Vector3d zero = Vector3d::Zero();
   BezierPatch::ControlNet net;
@@ -265,16 +338,15 @@ BezierPatch RightLens(const FrameDesign& d, const Rim& rim) {
 }
 
 PatchShell RimShell(std::string name, const Rim& rim, const std::optional<HalfRimSpan>& span) {
+  std::vector<Stretch> stretches{{0, 0.0, 1.0}, {1, 0.0, 1.0}, {2, 0.0, 1.0}, {3, 0.0, 1.0}};
+  if (span) stretches = {{3, span->temple_start, 1.0}, {0, 0.0, 1.0}, {1, 0.0, span->nose_end}};
   PatchShell shell{std::move(name), {}};
-  if (!span) {
-    for (std::size_t k = 0; k < 4; ++k) AppendSkin(SkinOf(rim, {k, 0.0, 1.0}), shell);
-    return shell;
-  }
-  const std::array<Skin, 3> skins{SkinOf(rim, {3, span->temple_start, 1.0}), SkinOf(rim, {0, 0.0, 1.0}),
-                                  SkinOf(rim, {1, 0.0, span->nose_end})};
+  std::vector<Skin> skins;
+  for (const Stretch& stretch : CutAtBends(rim, stretches)) skins.push_back(SkinOf(rim, stretch));
   for (const Skin& skin : skins) AppendSkin(skin, shell);
-  for (const ShellPatch& piece : FlatEnd(skins[0], 0)) shell.patches.push_back(piece);
-  for (const ShellPatch& piece : FlatEnd(skins[2], 3)) {
+  if (!span) return shell;
+  for (const ShellPatch& piece : FlatEnd(skins.front(), 0)) shell.patches.push_back(piece);
+  for (const ShellPatch& piece : FlatEnd(skins.back(), 3)) {
     shell.patches.push_back({piece.patch.Flipped(), piece.v, piece.u});
   }
   return shell;

@@ -24,8 +24,7 @@ constexpr double kScrewRadius = 0.5 * kLensHoleDiameter - 0.05;
 
 RimlessMount MakeRimlessMount(std::string name, const FrameDesign& design, const Rim& rim, RimSide side, double z,
                               double width) {
-  const std::size_t tube = side == RimSide::kNose ? 1 : 3;
-  const Vector3d edge = RimTube(rim, tube).CentreLine(RimParameterAt(rim, side, z));
+  const Vector3d edge = CentreLineAt(rim, side, z);
   const Eigen::Matrix3d& turn = rim.frame_from_rim.linear();
   const Vector3d inward = (side == RimSide::kNose ? 1.0 : -1.0) * turn.col(0);
   const double inset = std::min(kInset, 0.2 * design.parameters.width);

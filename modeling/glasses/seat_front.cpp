@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr PointDensity kDensity{10, 8};
-constexpr double kExactWithin = 4.0;  // mm
+constexpr double kExactWithin = 1.0;  // mm
 constexpr double kTouch = 0.01;       // mm between what bears and the head
 constexpr double kFree = 0.03;        // mm that all else keeps at least
 constexpr double kGood = 0.008;       // mm

@@ -22,8 +22,8 @@ constexpr double kTipLever = 20.0;  // mm from the bend to where a tip touches
 constexpr double kSettled = 0.01;   // mm
 constexpr int kRounds = 10;
 constexpr int kTurnRounds = 2;  // in which a tip that enters is turned out rather than moved out
-constexpr PointDensity kSearchDensity{12, 4};
-constexpr double kExactWithin = 2.0;  // mm
+constexpr PointDensity kSearchDensity{12, 5};
+constexpr double kExactWithin = 2.5;  // mm
 
 /// What is varied of one temple.
 struct Bend {
@@ -155,28 +155,30 @@ Result<bool> Improve(TempleSearch& search, const Aim& aim, std::array<Bend, 2>& 
 }
 
 /// The true distances, between the points too: where bow and turn are not enough, outward alone keeps a temple off.
-Status KeepOff(TempleSearch& search, std::array<Bend, 2>& bends) {
-  for (int round = 0; round < kRounds; ++round) {
-    const auto now = search.MeasureFinely(bends);
-    RETURN_IF_ERROR(now);
+Result<std::array<Stretches, 2>> KeepOff(TempleSearch& search, const std::array<double, 2>& extra,
+                                         std::array<Bend, 2>& bends) {
+  auto now = search.MeasureFinely(bends);
+  for (int round = 0; round < kRounds && now; ++round) {
     bool is_free = true;
     for (std::size_t side = 0; side < 2; ++side) {
-      const double least = std::min((*now)[side].ear, (*now)[side].before);
-      const double tip = (*now)[side].tip;
+      const double least = std::min((*now)[side].ear, (*now)[side].before) - extra[side];
+      const double tip = (*now)[side].tip - extra[side];
       if (least < 0.0 || tip < 0.0) is_free = false;
       if (least < 0.0) bends[side].out += kTouch - 1.1 * least;
       if (tip < 0.0 && round < kTurnRounds) bends[side].turn -= (kTipTouch - tip) / kTipLever;
       if (tip < 0.0 && round >= kTurnRounds) bends[side].out += kTouch - 1.5 * tip;
     }
     if (is_free) break;
+    now = search.MeasureFinely(bends);
   }
-  return {};
+  return now;
 }
 
 }  // namespace
 
 Result<std::array<TempleFit, 2>> FitTemples(const WearerHead& head, const FrameDesign& design,
-                                            const Eigen::Isometry3d& station_from_frame, const FrameAdjustment& pads) {
+                                            const Eigen::Isometry3d& station_from_frame, const FrameAdjustment& pads,
+                                            const std::array<double, 2>& extra) {
   TempleSearch search(head, design, station_from_frame, pads);
   std::array<Bend, 2> bends;
   for (Bend& bend : bends) bend.out = 1.0;
@@ -195,8 +197,7 @@ Result<std::array<TempleFit, 2>> FitTemples(const WearerHead& head, const FrameD
     RETURN_IF_ERROR(turns);
     if (*turns) break;
   }
-  RETURN_IF_ERROR(KeepOff(search, bends));
-  const auto found = search.MeasureFinely(bends);
+  const auto found = KeepOff(search, extra, bends);
   RETURN_IF_ERROR(found);
   std::array<TempleFit, 2> fits;
   for (std::size_t side = 0; side < 2; ++side) {

@@ -22,7 +22,8 @@ struct TempleFit {
 /// the head behind the ear. Fails if a temple cannot reach its ear.
 [[nodiscard]] Result<std::array<TempleFit, 2>> FitTemples(const WearerHead& head, const FrameDesign& design,
                                                           const Eigen::Isometry3d& station_from_frame,
-                                                          const FrameAdjustment& pads);
+                                                          const FrameAdjustment& pads,
+                                                          const std::array<double, 2>& extra = {0.0, 0.0});
 
 /// Largest bow of a temple, rad.
 inline constexpr double kLargestBow = RadiansFromDegrees(12.0);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "modeling/glasses/frame_walls.h"
 #include "modeling/mesh/bvh.h"
 
 namespace annulus {
@@ -25,6 +26,8 @@ constexpr double kFarthest = 500.0;  // mm; no frame is larger
 constexpr double kOpposite = -0.5;
 /// What is thinner on less of a shell than this is an edge, mm².
 constexpr double kSmallestWall = 1.0;
+/// A groove's shoulder is held by the rim behind it: it may be thinner by this.
+constexpr double kShoulderShare = 0.5;
 /// Measured walls may fall short by this share: triangles cut corners off a curved surface.
 constexpr double kMeshShare = 0.02;
 
@@ -115,30 +118,38 @@ bool IsFitting(const std::string& shell) {
          shell.starts_with("mount");
 }
 
-double LeastOf(const WallLimits& limits, const std::string& shell) {
-  if (IsFitting(shell)) return limits.fittings;
-  return shell.starts_with("pad") ? limits.pads : limits.frame;
+/// `part` is a shell's or one of WallsOf.
+double LeastOf(const WallLimits& limits, const std::string& part) {
+  if (IsFitting(part) || part == "lens_screw") return limits.fittings;
+  if (part == "groove_shoulder") return kShoulderShare * limits.frame;
+  return part.starts_with("pad") ? limits.pads : limits.frame;
 }
 
-std::string AdviceFor(const Frame& frame, const WallPlace& wall, double least) {
-  const double depth = frame.design.depth();
-  const double wanted = depth + (least - wall.thickness) / kSolidShare;
+/// What to change so that `part`, which is `thickness` mm thick, is `least` mm thick.
+std::string AdviceFor(const Frame& frame, const std::string& part, double thickness, double least) {
   const FrameDetails& details = frame.design.details;
-  if (wall.shell.starts_with("rim") && details.groove_depth > 0.0) {
+  if (part == "groove_shoulder" || (part.starts_with("rim_") && details.groove_depth > 0.0 && part != "rim_depth")) {
     return fmt::format(
-        "make the groove smaller (it is {:.1f} mm wide and {:.1f} mm deep), or the rim thicker or deeper",
+        "make the groove smaller (it is {:.1f} mm wide and {:.1f} mm deep), or the rim thicker or deeper, or give the "
+        "smaller --min-wall of your process",
         details.groove_width, details.groove_depth);
   }
-  if (IsFitting(wall.shell)) {
+  if (part == "rim_top") return "choose a larger --upper-thickness, or give the smaller --min-wall of your process";
+  if (part == "rim_nose" || part == "rim_bottom" || part == "rim_temple") {
+    return "choose larger --upper-thickness and --lower-thickness, or give the smaller --min-wall of your process";
+  }
+  if (IsFitting(part) || part == "lens_screw") {
     return "choose fixed pads and no hinge if it is to be made in one piece, or give the smaller --min-wall of the "
            "process that makes this part";
   }
-  if (wall.shell.starts_with("pad"))
+  if (part.starts_with("pad")) {
     return "choose larger or adjustable pads, or give the smaller --min-wall of your process";
+  }
+  const double depth = frame.design.depth();
   return fmt::format(
-      "design it deeper (--depth {:.2f}; it is {:.2f}) or thicker, or give the smaller --min-wall of your "
-      "process",
-      std::ceil(100.0 * wanted) / 100.0, depth);
+      "design it deeper (--depth {:.2f}; it is {:.2f}, of which the solid is 0.75) or thicker, or give the smaller "
+      "--min-wall of your process",
+      std::ceil(100.0 * (depth + (least - thickness) / kSolidShare)) / 100.0, depth);
 }
 
 }  // namespace
@@ -166,22 +177,24 @@ WallLimits UsualWallLimits(std::optional<DesignMaterial> material) {
 }
 
 Status CheckWalls(const Frame& frame, const WallLimits& limits) {
-  const std::string attempted = fmt::format("check that every wall is {:.2f} mm thick", limits.frame);
-  const double by_design = kSolidShare * frame.design.depth();
-  if (by_design < limits.frame) {
-    return Fail(
-        attempted, fmt::format("s = {:.2f} mm makes the solid {:.2f} mm thick", frame.design.depth(), by_design),
-        fmt::format("design it deeper: --depth {:.2f} (the solid is 0.75 of it), or give the smaller --min-wall "
-                    "of your process",
-                    std::ceil(100.0 * limits.frame / kSolidShare) / 100.0));
+  const auto refuse = [&frame](const std::string& part, double thickness, double least, const std::string& where) {
+    return Fail(fmt::format("check that every wall is {:.2f} mm thick", least),
+                fmt::format("{} is {:.2f} mm thick{}", part, thickness, where),
+                AdviceFor(frame, part, thickness, least));
+  };
+  std::vector<Wall> designed = WallsOf(frame);
+  std::stable_sort(designed.begin(), designed.end(),
+                   [](const Wall& a, const Wall& b) { return a.thickness < b.thickness; });
+  for (const Wall& wall : designed) {
+    const double least = LeastOf(limits, wall.name);
+    if (wall.thickness < least) return refuse(wall.name, wall.thickness, least, "");
   }
   for (const WallPlace& wall : ThinnestWalls(FrameBodies(frame))) {
     const double least = LeastOf(limits, wall.shell);
     if (wall.thickness >= least * (1.0 - kMeshShare)) continue;
-    return Fail(fmt::format("check that every wall is {:.2f} mm thick", least),
-                fmt::format("{} is {:.2f} mm thick at x {:.1f}, y {:.1f}, z {:.1f} mm", wall.shell, wall.thickness,
-                            wall.place.x(), wall.place.y(), wall.place.z()),
-                AdviceFor(frame, wall, least));
+    const Vector3d& p = wall.place;
+    return refuse(wall.shell, wall.thickness, least,
+                  fmt::format(" at x {:.1f}, y {:.1f}, z {:.1f} mm", p.x(), p.y(), p.z()));
   }
   return {};
 }

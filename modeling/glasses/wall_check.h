@@ -35,8 +35,9 @@ struct WallLimits {
 /// as printed of nylon, all in one: 0.8.
 [[nodiscard]] WallLimits UsualWallLimits(std::optional<DesignMaterial> material);
 
-/// Fails if a wall of the frame is thinner than the limits: by its design (the solid is 0.75·s thick), or by
-/// ThinnestWalls. The error names part, place, thickness and what to change.
+/// Fails if a wall of the frame is thinner than the limits: by its design (WallsOf: the solid is 0.75·s
+/// thick; a groove's shoulder may be half as thick as the frame), or by ThinnestWalls. The error names part, place,
+/// thickness and what to change.
 [[nodiscard]] Status CheckWalls(const Frame& frame, const WallLimits& limits);
 
 }  // namespace annulus

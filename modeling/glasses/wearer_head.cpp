@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "base/frames.h"
+#include "modeling/landmarks/face_from_landmarks.h"
 #include "modeling/landmarks/head_landmarks.h"
+#include "modeling/landmarks/head_without_ears.h"
 
 namespace annulus {
 namespace {
@@ -32,9 +34,10 @@ FacePoint* PointByName(FacePoints& face, const std::string& name) {
   return nullptr;
 }
 
-PlaceSigma SigmaOf(const Landmarks& landmarks, const char* id, const PlaceSigma& otherwise) {
-  const Landmark* landmark = landmarks.Find(id);
-  return landmark == nullptr ? otherwise : PlaceSigma{landmark->placing_across, landmark->placing_up};
+/// The covariance of a place that is uncertain along the skin only.
+Eigen::Matrix3d AlongSkin(const SplineSurface& surface, const Vector3d& p, double sigma) {
+  const Vector3d normal = surface.Normal(std::atan2(p.y(), p.x()), std::clamp(p.z(), surface.z_min(), surface.z_max()));
+  return sigma * sigma * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
 }
 
 /// The surface's place at a lateral of the mid-plane and a height, near `from`.
@@ -56,13 +59,9 @@ Vector3d MovedAlongSkin(const SplineSurface& head, const Vector3d& from, const V
 
 }  // namespace
 
-const Vector3d& WearerHead::eye(Eye eye) const {
-  return eye == Eye::kRight ? face_.eye_right.position : face_.eye_left.position;
-}
+const FacePoint& WearerHead::EyePoint(Eye eye) const { return eye == Eye::kRight ? face_.eye_right : face_.eye_left; }
 
-const Vector3d& WearerHead::ear(Eye side) const {
-  return side == Eye::kRight ? face_.ear_right.position : face_.ear_left.position;
-}
+const FacePoint& WearerHead::EarPoint(Eye side) const { return side == Eye::kRight ? face_.ear_right : face_.ear_left; }
 
 Result<WearerHead> WearerHead::Look(const MeasuredSurface& measured, const FaceOverrides& overrides) {
   const SplineSurface& surface = measured.surface();
@@ -73,10 +72,12 @@ Result<WearerHead> WearerHead::Look(const MeasuredSurface& measured, const FaceO
   const auto found = FindFaceAndEars(surface, HeadGrid(surface, kHeadDepth));
   if (!found) return Fail(found);
   WearerHead head(measured);
-  head.face_ = found->face;
+  const Landmarks landmarks = FindHeadLandmarks(measured);
+  const auto with_covariances = FaceFromLandmarks(landmarks, measured);
+  head.face_ = with_covariances ? *with_covariances : found->face;
   head.plane_ = found->plane;
   RETURN_IF_ERROR(head.TakePoints(overrides));
-  head.Level(overrides);
+  head.Level(landmarks, overrides);
   RETURN_IF_ERROR(head.TakePupillaryDistances(overrides));
   const double eyes = head.station_from_head_.translation().z();
   if (eyes - surface.z_min() < 30.0 || surface.z_max() - eyes < 20.0) {
@@ -85,7 +86,8 @@ Result<WearerHead> WearerHead::Look(const MeasuredSurface& measured, const FaceO
                             eyes - surface.z_min()),
                 "scan the head from above the brow to below the ears");
   }
-  head.surface_without_ears_ = std::make_shared<const SplineSurface>(surface);
+  head.surface_without_ears_ =
+      std::make_shared<const SplineSurface>(HeadWithoutEars(surface, found->ear_right, found->ear_left).surface());
   head.skin_ = std::make_shared<const HeadDistance>(surface, eyes - kBelowEyes, eyes + kAboveEyes);
   head.without_ears_ =
       std::make_shared<const HeadDistance>(*head.surface_without_ears_, eyes - kBelowEyes, eyes + kAboveEyes);
@@ -106,7 +108,7 @@ Status WearerHead::TakePoints(const FaceOverrides& overrides) {
       return Fail(kAttempt, fmt::format("{} is given as a place that is not one", given.name),
                   "give x, y and z in mm, and an sd of 0 … 100 mm");
     }
-    *point = {given.position, LandmarkSource::kGiven};
+    *point = {given.position, LandmarkSource::kGiven, AlongSkin(measured_->surface(), given.position, given.sigma)};
   }
   const double apart = (eye(Eye::kRight) - eye(Eye::kLeft)).dot(plane_.right());
   if (!(apart > 2.0 * kLeastPd && apart < 2.0 * kLargestPd)) {
@@ -116,14 +118,7 @@ Status WearerHead::TakePoints(const FaceOverrides& overrides) {
   return {};
 }
 
-void WearerHead::Level(const FaceOverrides& overrides) {
-  const Landmarks landmarks = FindHeadLandmarks(*measured_);
-  eye_sigma_ = SigmaOf(landmarks, "eye_right", {3.0, 3.0});
-  ear_sigma_ = SigmaOf(landmarks, "otobasion_superius_right", {4.0, 4.0});
-  for (const GivenFacePoint& given : overrides.points) {
-    if (given.name == "eye_right" || given.name == "eye_left") eye_sigma_ = {given.sigma, given.sigma};
-    if (given.name == "ear_right" || given.name == "ear_left") ear_sigma_ = {given.sigma, given.sigma};
-  }
+void WearerHead::Level(const Landmarks& landmarks, const FaceOverrides& overrides) {
   const Vector3d right = Vector3d(plane_.right() - plane_.lean * Vector3d::UnitZ()).normalized();
   const Vector3d level_forward = Vector3d::UnitZ().cross(right).normalized();
   double pitch = 0.0;
@@ -161,7 +156,8 @@ Status WearerHead::TakePupillaryDistances(const FaceOverrides& overrides) {
     }
     const Vector3d right = station_from_head_.linear().col(0);
     const double now = (eye.position - face_.sellion.position).dot(right);
-    eye = {MovedAlongSkin(measured_->surface(), eye.position, right, sign * *pd - now), LandmarkSource::kGiven};
+    eye.position = MovedAlongSkin(measured_->surface(), eye.position, right, sign * *pd - now);
+    eye.source = LandmarkSource::kGiven;
     return {};
   };
   RETURN_IF_ERROR(take(overrides.pd_right, face_.eye_right, 1.0));

@@ -10,6 +10,7 @@
 #include "modeling/glasses/head_distance.h"
 #include "modeling/glasses/lens_outline.h"
 #include "modeling/landmarks/face_points.h"
+#include "modeling/landmarks/landmark.h"
 #include "modeling/measure/measured_surface.h"
 
 namespace annulus {
@@ -29,12 +30,6 @@ struct FaceOverrides {
   std::optional<double> head_tilt;  ///< rad; how far the Frankfurt plane looks up, instead of the one found.
 };
 
-/// sd of a place along the skin, mm.
-struct PlaceSigma {
-  double across = 0.0;
-  double up = 0.0;
-};
-
 /// A head as a fitter sees it: face points with their sds, the head frame, and what glasses may not enter. Borrows the
 /// measured surface. Immutable and reentrant: fits in several threads share one.
 class WearerHead {
@@ -44,10 +39,11 @@ class WearerHead {
 
   [[nodiscard]] const MeasuredSurface& measured() const { return *measured_; }
   [[nodiscard]] const FacePoints& face() const { return face_; }
-  [[nodiscard]] const Eigen::Vector3d& eye(Eye eye) const;
-  [[nodiscard]] const Eigen::Vector3d& ear(Eye side) const;
-  [[nodiscard]] const PlaceSigma& eye_sigma() const { return eye_sigma_; }
-  [[nodiscard]] const PlaceSigma& ear_sigma() const { return ear_sigma_; }
+  [[nodiscard]] const Eigen::Vector3d& eye(Eye eye) const { return EyePoint(eye).position; }
+  [[nodiscard]] const Eigen::Vector3d& ear(Eye side) const { return EarPoint(side).position; }
+  /// With covariances.
+  [[nodiscard]] const FacePoint& EyePoint(Eye eye) const;
+  [[nodiscard]] const FacePoint& EarPoint(Eye side) const;
   /// Head frame: origin midway between the eyes, x to the wearer's right (across the mid-plane), y forward, level on
   /// the Frankfurt plane (orbitale–tragion), z up.
   [[nodiscard]] const Eigen::Isometry3d& station_from_head() const { return station_from_head_; }
@@ -63,13 +59,11 @@ class WearerHead {
  private:
   explicit WearerHead(const MeasuredSurface& head) : measured_(&head) {}
   Status TakePoints(const FaceOverrides& overrides);
-  void Level(const FaceOverrides& overrides);
+  void Level(const Landmarks& landmarks, const FaceOverrides& overrides);
   Status TakePupillaryDistances(const FaceOverrides& overrides);
 
   const MeasuredSurface* measured_;
   FacePoints face_;
-  PlaceSigma eye_sigma_;
-  PlaceSigma ear_sigma_;
   MidPlane plane_;
   Eigen::Isometry3d station_from_head_ = Eigen::Isometry3d::Identity();
   double level_sigma_ = 0.0;

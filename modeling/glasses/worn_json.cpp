@@ -26,11 +26,11 @@ Json ToJson(const Eigen::Isometry3d& station_from_frame) {
 
 Result<Eigen::Isometry3d> ReadTransform(const JsonReader& reader, const Json& root) {
   const Result<const Json*> object = reader.Object(root, "station_from_frame");
-  RETURN_IF_ERROR(object);
+  if (!object) return Fail(object);
   const JsonReader inside = reader.Within("station_from_frame");
   RETURN_IF_ERROR(inside.OnlyKeys(**object, {"rotation", "translation_mm"}));
   const Result<const Json*> rows = inside.Array(**object, "rotation");
-  RETURN_IF_ERROR(rows);
+  if (!rows) return Fail(rows);
   if ((*rows)->size() != 3) return reader.Refuse(inside.Named("rotation") + " is not three rows");
   Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
   for (std::size_t row = 0; row < 3; ++row) {
@@ -43,7 +43,7 @@ Result<Eigen::Isometry3d> ReadTransform(const JsonReader& reader, const Json& ro
     return reader.Refuse(inside.Named("rotation") + " is no rotation");
   }
   const Result<Eigen::Vector3d> translation = inside.Vector(**object, "translation_mm");
-  RETURN_IF_ERROR(translation);
+  if (!translation) return Fail(translation);
   transform.translation() = *translation;
   return transform;
 }
@@ -60,7 +60,7 @@ Json ToJson(const FacePoints& face) {
 
 Result<LandmarkSource> ReadSource(const JsonReader& reader, const Json& entry) {
   const Result<std::string> text = reader.Text(entry, "source");
-  RETURN_IF_ERROR(text);
+  if (!text) return Fail(text);
   for (const LandmarkSource source : {LandmarkSource::kDetected, LandmarkSource::kProportion, LandmarkSource::kGiven}) {
     if (*text == LandmarkSourceName(source)) return source;
   }
@@ -69,17 +69,17 @@ Result<LandmarkSource> ReadSource(const JsonReader& reader, const Json& entry) {
 
 Result<FacePoints> ReadFace(const JsonReader& reader, const Json& root) {
   const Result<const Json*> object = reader.Object(root, "face_points");
-  RETURN_IF_ERROR(object);
+  if (!object) return Fail(object);
   const JsonReader inside = reader.Within("face_points");
   FacePoints face;
   for (const NamedFacePoint& point : FacePointNames()) {
     const Result<const Json*> entry = inside.Object(**object, point.name);
-    RETURN_IF_ERROR(entry);
+    if (!entry) return Fail(entry);
     const JsonReader at_point = inside.Within(point.name);
     const Result<Eigen::Vector3d> position = at_point.Vector(**entry, "position_mm");
-    RETURN_IF_ERROR(position);
+    if (!position) return Fail(position);
     const Result<LandmarkSource> source = ReadSource(at_point, **entry);
-    RETURN_IF_ERROR(source);
+    if (!source) return Fail(source);
     face.*point.member = {*position, *source};
   }
   return face;
@@ -107,15 +107,15 @@ constexpr std::array<ResidualNumber, 5> kResiduals{{{"eye_right_mm", &PlacementR
 Status ReadNumbers(const JsonReader& reader, const Json& root, WornFrame& worn) {
   for (const WornNumber& number : kWornNumbers) {
     const Result<double> value = reader.Number(root, number.key);
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     worn.*number.member = *value;
   }
   const Result<const Json*> residuals = reader.Object(root, "residuals");
-  RETURN_IF_ERROR(residuals);
+  if (!residuals) return Fail(residuals);
   const JsonReader inside = reader.Within("residuals");
   for (const ResidualNumber& number : kResiduals) {
     const Result<double> value = inside.Number(**residuals, number.key);
-    RETURN_IF_ERROR(value);
+    if (!value) return Fail(value);
     worn.residuals.*number.member = *value;
   }
   return {};
@@ -127,16 +127,16 @@ Status ReadVersion1Design(const JsonReader& reader, const Json& root, WornFile& 
       root, {"format", "version", "parameters", "station_from_frame", "ears_in_frame_mm", "face_points", "tilt_rad",
              "tilt_deg", "forward_shift_mm", "clearance_mm", "l6_right_mm", "l6_left_mm", "residuals"}));
   const Result<FrameDesign> design = ReadDesign(reader, root);
-  RETURN_IF_ERROR(design);
+  if (!design) return Fail(design);
   const Result<const Json*> ears = reader.Object(root, "ears_in_frame_mm");
-  RETURN_IF_ERROR(ears);
+  if (!ears) return Fail(ears);
   const JsonReader inside = reader.Within("ears_in_frame_mm");
   const Result<Eigen::Vector3d> right = inside.Vector(**ears, "right");
-  RETURN_IF_ERROR(right);
+  if (!right) return Fail(right);
   const Result<Eigen::Vector3d> left = inside.Vector(**ears, "left");
-  RETURN_IF_ERROR(left);
+  if (!left) return Fail(left);
   const Result<double> tilt = reader.Number(root, "tilt_rad");  // "tilt_deg" beside it is for reading
-  RETURN_IF_ERROR(tilt);
+  if (!tilt) return Fail(tilt);
   file.worn.tilt = *tilt;
   file.worn.design = *design;
   file.worn.adjustment = StandardAdjustment(*design);
@@ -148,7 +148,7 @@ Status ReadVersion1Design(const JsonReader& reader, const Json& root, WornFile& 
 Status ReadSections(const JsonReader& reader, const Json& root, WornFile& file) {
   if (!root.contains("sections")) return {};
   const Result<const Json*> sections = reader.Object(root, "sections");
-  RETURN_IF_ERROR(sections);
+  if (!sections) return Fail(sections);
   for (const auto& [name, value] : (*sections)->items()) {
     if (!value.is_object()) return reader.Refuse(reader.Within("sections").Named(name) + " is no object");
     file.sections.push_back({name, value.dump()});
@@ -161,25 +161,25 @@ Status ReadVersion2Design(const JsonReader& reader, const Json& root, WornFile& 
       root, {"format", "version", "design", "adjustment", "station_from_frame", "face_points", "tilt_deg", "tilt_rad",
              "forward_shift_mm", "clearance_mm", "l6_right_mm", "l6_left_mm", "residuals", "sections"}));
   const Result<const Json*> object = reader.Object(root, "design");
-  RETURN_IF_ERROR(object);
+  if (!object) return Fail(object);
   const JsonReader inside = reader.Within("design");
   RETURN_IF_ERROR(inside.OnlyKeys(**object, {"style", "material", "parameters", "details"}));
   const Result<FrameDesign> design = ReadDesign(inside, **object);
-  RETURN_IF_ERROR(design);
+  if (!design) return Fail(design);
   file.worn.design = *design;
   if ((*object)->contains("style")) {
     const Result<std::string> style = inside.Text(**object, "style");
-    RETURN_IF_ERROR(style);
+    if (!style) return Fail(style);
     file.worn.design.style = *style;
   }
   const auto material = ReadMaterial(inside, **object);
-  RETURN_IF_ERROR(material);
+  if (!material) return Fail(material);
   file.material = *material;
   const Result<FrameAdjustment> adjustment = ReadAdjustment(reader, root);
-  RETURN_IF_ERROR(adjustment);
+  if (!adjustment) return Fail(adjustment);
   file.worn.adjustment = *adjustment;
   const Result<double> tilt = reader.Angle(root, "tilt");
-  RETURN_IF_ERROR(tilt);
+  if (!tilt) return Fail(tilt);
   file.worn.tilt = *tilt;
   return ReadSections(reader, root, file);
 }
@@ -220,16 +220,16 @@ std::string WornFileToJson(const WornFile& file) {
 Result<WornFile> WornFileFromJson(std::string_view json, std::string_view name) {
   const JsonReader reader(name, kAdvice);
   const Result<Json> root = reader.Root(json);
-  RETURN_IF_ERROR(root);
+  if (!root) return Fail(root);
   const Result<int> version = reader.Version(*root, kFormat, kVersion);
-  RETURN_IF_ERROR(version);
+  if (!version) return Fail(version);
   WornFile file;
   RETURN_IF_ERROR(*version == 1 ? ReadVersion1Design(reader, *root, file) : ReadVersion2Design(reader, *root, file));
   const Result<Eigen::Isometry3d> transform = ReadTransform(reader, *root);
-  RETURN_IF_ERROR(transform);
+  if (!transform) return Fail(transform);
   file.worn.station_from_frame = *transform;
   const Result<FacePoints> face = ReadFace(reader, *root);
-  RETURN_IF_ERROR(face);
+  if (!face) return Fail(face);
   file.worn.face = *face;
   RETURN_IF_ERROR(ReadNumbers(reader, *root, file.worn));
   const Result<Frame> frame = BuildWornFrame(file.worn);
@@ -241,7 +241,7 @@ std::string WornFrameToJson(const WornFrame& worn) { return WornFileToJson({worn
 
 Result<WornFrame> WornFrameFromJson(std::string_view json, std::string_view name) {
   const Result<WornFile> file = WornFileFromJson(json, name);
-  RETURN_IF_ERROR(file);
+  if (!file) return Fail(file);
   return file->worn;
 }
 

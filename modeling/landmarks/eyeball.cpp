@@ -14,23 +14,24 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr double kUsualRadius = 12.4;  // mm
-constexpr double kRadiusSd = 0.5;      // mm
 constexpr double kPointSd = 0.3;       // mm, of a point that follows the ball: weighs the usual radius
-constexpr double kCap = 10.0;          // mm from the ball's foremost point, seen from the front, that count
-// The edges of open lids, which stand out of the ball, lie about so far above and below the pupil: what is there
-// hardly counts.
+// The edges of open lids, which stand out of the ball, lie about so far above and below the pupil.
 constexpr double kLid = 5.8;    // mm
 constexpr double kLidSd = 1.8;  // mm
-constexpr double kLidLoss = 0.97;
-/// Points farther from the ball than this count no more. Lids and skin lie outside it only: so outwards it is less.
-struct Reach {
-  double inside;   ///< mm
-  double outside;  ///< mm
+
+/// Which points count. Lids and skin lie outside the ball only: so outwards a point counts less far.
+struct Tolerance {
+  double inside;     ///< mm; a point deeper than this in the ball counts no more.
+  double outside;    ///< mm; nor one farther out.
+  double cap;        ///< mm from the ball's foremost point, seen from the front.
+  double lid_loss;   ///< Share of its weight that a point at the lids' edges loses.
+  double radius_sd;  ///< mm, about the usual radius.
 };
-constexpr Reach kCoarse{1.5, 1.5};   // while searching
-constexpr Reach kFine{0.6, 0.3};     // at last
-constexpr Reach kRough{1.2, 0.84};   // at last, where so little follows the ball that noise or skin must be on it
-constexpr double kFineShare = 0.62;  // less than this is so little
+constexpr Tolerance kCoarse{1.5, 1.5, 10.0, 0.97, 0.5};  // while searching
+constexpr Tolerance kFine{0.6, 0.3, 10.0, 0.97, 0.5};    // at last
+// At last, where so little follows the ball that noise or skin must be on it: many points count, and the radius more.
+constexpr Tolerance kRough{1.2, 0.84, 12.0, 0.7, 0.25};
+constexpr double kFineShare = 0.66;  // less than this is so little
 
 constexpr int kSearchSteps = 8;
 constexpr int kRounds = 6;
@@ -60,16 +61,16 @@ struct Part {
   double weight;     ///< That, and how well it follows the ball (Tukey's biweight).
 };
 
-Part PartOf(const Ball& ball, const Vector3d& point, const Vector3d& forward, const Reach& reach) {
+Part PartOf(const Ball& ball, const Vector3d& point, const Vector3d& forward, const Tolerance& tolerance) {
   const Vector3d from = point - ball.centre;
   const double distance = from.norm();
   Part part{distance - ball.radius, from / std::max(distance, 1e-9), 0.0, 0.0};
   const double ahead = forward.dot(from);
-  const double beside = (distance * distance - ahead * ahead) / (kCap * kCap);
+  const double beside = (distance * distance - ahead * ahead) / (tolerance.cap * tolerance.cap);
   if (beside >= 1.0 || ahead <= 0.0) return part;
   const double from_lid = (std::abs(from.z()) - kLid) / kLidSd;
-  part.window = (1.0 - beside) * (1.0 - beside) * (1.0 - kLidLoss * std::exp(-0.5 * from_lid * from_lid));
-  const double relative = part.residual / (part.residual > 0.0 ? reach.outside : reach.inside);
+  part.window = (1.0 - beside) * (1.0 - beside) * (1.0 - tolerance.lid_loss * std::exp(-0.5 * from_lid * from_lid));
+  const double relative = part.residual / (part.residual > 0.0 ? tolerance.outside : tolerance.inside);
   if (std::abs(relative) < 1.0) part.weight = part.window * std::pow(1.0 - relative * relative, 2);
   return part;
 }
@@ -91,12 +92,12 @@ struct Fitted {
   double step = 1e9;
 };
 
-void Improve(Fitted& fit, const std::vector<Seen>& points, const Vector3d& forward, const Reach& reach) {
+void Improve(Fitted& fit, const std::vector<Seen>& points, const Vector3d& forward, const Tolerance& tolerance) {
   Score score;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Vector4d right = Vector4d::Zero();
   for (const Seen& seen : points) {
-    const Part part = PartOf(fit.ball, seen.point, forward, reach);
+    const Part part = PartOf(fit.ball, seen.point, forward, tolerance);
     score.window += part.window;
     if (part.weight == 0.0) continue;
     const Vector4d slope(-part.outward.x(), -part.outward.y(), -part.outward.z(), -1.0);
@@ -106,7 +107,7 @@ void Improve(Fitted& fit, const std::vector<Seen>& points, const Vector3d& forwa
     score.squares += part.weight * part.residual * part.residual;
   }
   // The usual radius, as an observation beside the points.
-  const double prior = kPointSd * kPointSd / (kRadiusSd * kRadiusSd);
+  const double prior = kPointSd * kPointSd / (tolerance.radius_sd * tolerance.radius_sd);
   normal(3, 3) += prior;
   right[3] -= prior * (fit.ball.radius - kUsualRadius);
   normal.diagonal().array() += 1e-9;
@@ -148,11 +149,12 @@ std::vector<Seen> RegionPoints(const HeadGrid& grid, const MidPlane& plane, cons
   const double root = plane.Lateral(sellion);
   const auto middle = static_cast<int>(std::lround(DegreesFromRadians(plane.yaw)));
   std::vector<Seen> points;
-  for (int row = grid.RowAt(sellion.z() + kHighest + kCap); row <= grid.RowAt(sellion.z() + kLowest - kCap); row += 2) {
+  for (int row = grid.RowAt(sellion.z() + kHighest + kCoarse.cap);
+       row <= grid.RowAt(sellion.z() + kLowest - kCoarse.cap); row += 2) {
     for (int degree = middle - 60; degree <= middle + 60; ++degree) {
       const Vector3d point = grid.Point(degree, row);
       const double lateral = sign * (plane.Lateral(point) - root);
-      if (lateral < kInnermost - kCap || lateral > kOutermost + kCap) continue;
+      if (lateral < kInnermost - kCoarse.cap || lateral > kOutermost + kCoarse.cap) continue;
       points.push_back({point, RadiansFromDegrees(degree)});
     }
   }
@@ -195,24 +197,28 @@ Fitted SearchBall(const std::vector<Seen>& points, const MidPlane& plane, const 
   return best;
 }
 
-/// The ball at last: on the surface itself, with ever less reach.
-Fitted SettleBall(const SplineSurface& head, Fitted fit, const Vector3d& forward, const Reach& least) {
-  Reach reach = kCoarse;
+/// The ball at last: on the surface itself, with ever less tolerance.
+Fitted SettleBall(const SplineSurface& head, Fitted fit, const Vector3d& forward, const Tolerance& least) {
+  Tolerance tolerance = kCoarse;
+  double inside = kCoarse.inside;
+  double outside = kCoarse.outside;
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<Seen> points = CapPoints(head, fit.ball, forward);
     const Vector3d before = fit.ball.centre;
     for (int k = 0; k < kStepsPerRound; ++k) {
-      reach = {std::max(least.inside, kLessReach * reach.inside), std::max(least.outside, kLessReach * reach.outside)};
-      Improve(fit, points, forward, reach);
-      if (reach.outside == least.outside && fit.step < kConverged) break;
+      tolerance = least;
+      tolerance.inside = std::max(least.inside, inside *= kLessReach);
+      tolerance.outside = std::max(least.outside, outside *= kLessReach);
+      Improve(fit, points, forward, tolerance);
+      if (tolerance.outside == least.outside && fit.step < kConverged) break;
     }
-    if (reach.outside == least.outside && (fit.ball.centre - before).norm() < kSettled) break;
+    if (tolerance.outside == least.outside && (fit.ball.centre - before).norm() < kSettled) break;
   }
   return fit;
 }
 
 /// A lid's edge may hold the fit off to one side: of three starts, the ball that most of the surface follows.
-Fitted SettleBest(const SplineSurface& head, const Fitted& found, const Vector3d& forward, const Reach& least) {
+Fitted SettleBest(const SplineSurface& head, const Fitted& found, const Vector3d& forward, const Tolerance& least) {
   Fitted best;
   for (const double shift : {0.0, 1.2, -1.2}) {
     Fitted start = found;
@@ -281,13 +287,13 @@ EyeballEstimates EstimateEyeball(const SplineSurface& head, const MidPlane& plan
   const Vector3d forward = plane.forward();
   const std::vector<Seen> points = CapPoints(head, {ball.centre, ball.radius}, forward);
   Fitted fit{{ball.centre, ball.radius}, {}};
-  const Reach& reach = ball.is_rough ? kRough : kFine;
-  Improve(fit, points, forward, reach);
+  const Tolerance& tolerance = ball.is_rough ? kRough : kFine;
+  Improve(fit, points, forward, tolerance);
   const Eigen::Matrix4d inverse = fit.normal.inverse();
   GradientSum lateral(head);
   GradientSum up(head);
   for (const Seen& seen : points) {
-    const Part part = PartOf({ball.centre, ball.radius}, seen.point, forward, reach);
+    const Part part = PartOf({ball.centre, ball.radius}, seen.point, forward, tolerance);
     if (part.weight == 0.0) continue;
     const Vector4d slope(-part.outward.x(), -part.outward.y(), -part.outward.z(), -1.0);
     // The residual grows with the radius of the surface there by outward · e_r.

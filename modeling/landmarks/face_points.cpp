@@ -8,6 +8,7 @@
 
 #include "base/frames.h"
 #include "modeling/landmarks/ear_outline.h"
+#include "modeling/landmarks/head_without_ears.h"
 #include "modeling/landmarks/weighted_mean.h"
 
 namespace annulus {
@@ -156,15 +157,6 @@ FacePoint EarPoint(const SplineSurface& head, const std::optional<EarOutline>& e
   return {PointFromCylindrical(ear->top_theta, ear->top_radius, ear->top_z), LandmarkSource::kDetected};
 }
 
-/// "Slightly before" the middle of the forehead (paper 000, §5, (5)).
-FacePoint FindForehead(const SplineSurface& head, const Vector3d& sellion) {
-  constexpr double kAboveSellion = 30.0;
-  constexpr double kSlightlyBefore = 2.0;
-  const double z = std::min(sellion.z() + kAboveSellion, head.z_max());
-  const Vector3d on_skin = head.Point(std::atan2(sellion.y(), sellion.x()), z);
-  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected};
-}
-
 }  // namespace
 
 const std::vector<NamedFacePoint>& FacePointNames() {
@@ -173,6 +165,15 @@ const std::vector<NamedFacePoint>& FacePointNames() {
       {"ear_left", &FacePoints::ear_left},   {"forehead", &FacePoints::forehead}, {"sellion", &FacePoints::sellion},
       {"pronasale", &FacePoints::pronasale}};
   return names;
+}
+
+FacePoint ForeheadAbove(const SplineSurface& head, const FacePoint& sellion) {
+  constexpr double kAboveSellion = 30.0;
+  constexpr double kSlightlyBefore = 2.0;
+  const Vector3d& root = sellion.position;
+  const double z = std::min(root.z() + kAboveSellion, head.z_max());
+  const Vector3d on_skin = head.Point(std::atan2(root.y(), root.x()), z);
+  return {on_skin + Vector3d(0.0, kSlightlyBefore, 0.0), LandmarkSource::kDetected, sellion.covariance};
 }
 
 Result<FacePoints> FindFacePoints(const SplineSurface& head) {
@@ -203,9 +204,13 @@ Result<FaceAndEars> FindFaceAndEars(const SplineSurface& head, const HeadGrid& g
   face.eye_left = FindEye(head, grid, found, BodySide::kLeft);
   found.ear_right = FindEarOutline(grid, BodySide::kRight, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
   found.ear_left = FindEarOutline(grid, BodySide::kLeft, sellion.z() + kEarHighest, sellion.z() - kEarLowest);
+  const HeadWithoutEars beneath(head, found.ear_right, found.ear_left);
+  for (std::optional<EarOutline>* ear : {&found.ear_right, &found.ear_left}) {
+    if (*ear) *ear = WithTopOnTheHead(**ear, beneath);
+  }
   face.ear_right = EarPoint(head, found.ear_right, sellion, BodySide::kRight);
   face.ear_left = EarPoint(head, found.ear_left, sellion, BodySide::kLeft);
-  face.forehead = FindForehead(head, sellion);
+  face.forehead = ForeheadAbove(head, face.sellion);
   return found;
 }
 

@@ -19,6 +19,9 @@ namespace annulus {
 struct FacePoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   LandmarkSource source = LandmarkSource::kGiven;
+  /// Of the position, mm²: placing, and noise where the surface's is known; zero where nothing was said of it
+  /// (face_from_landmarks.h says it).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// The five data of paper 000, §5, fig. 20, and two more, in the station frame (front +y, +x the subject's right, z
@@ -44,6 +47,10 @@ struct NamedFacePoint {
 /// Finds the face points on a fitted head, bust or standing person whose front is near +y: only the part above the
 /// neck's smallest girth is searched. Fails when there is no head (no nose at the front, or the surface is too short).
 [[nodiscard]] Result<FacePoints> FindFacePoints(const SplineSurface& head);
+
+/// (5) of a head whose sellion is known: 2 mm before the skin 30 mm above it, in its direction ("slightly before" the
+/// forehead's centre).
+[[nodiscard]] FacePoint ForeheadAbove(const SplineSurface& head, const FacePoint& sellion);
 
 /// Face points, the plane between the sides of the face, and the ears; an ear is empty where none shows.
 struct FaceAndEars {

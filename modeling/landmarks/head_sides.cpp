@@ -16,6 +16,7 @@ constexpr double kProportionConfidence = 0.15;
 // Of an eye's centre by its socket: on two heads of people it lay 3 and 9 mm too low.
 constexpr double kSocketConfidence = 0.4;
 constexpr double kSocketPlacing = 5.0;  // mm
+constexpr double kRoughPlacing = 1.0;   // mm; by a ball that skin or noise lies on
 
 /// +1 on the side on which theta grows from the front (the subject's left).
 double Turn(BodySide side) { return side == BodySide::kLeft ? 1.0 : -1.0; }
@@ -96,7 +97,11 @@ FoundFeature FindEyeCentre(const HeadView& head, BodySide side) {
   radius.AddRadius(theta, eye.position.z(), std::sin(turn));
   const Estimate on_surface = Combine(1.0, {0.0, radius.Get()}, jet.r_z * std::sin(turn), centre.z);
   const Estimate across = Combine(1.0 / by_theta, centre.lateral, 1.0 / by_theta, on_surface);
-  return {{theta, across.gradient}, {eye.position.z(), centre.z.gradient}, ball->share, LandmarkSource::kDetected};
+  return {{theta, across.gradient},
+          {eye.position.z(), centre.z.gradient},
+          ball->share,
+          LandmarkSource::kDetected,
+          ball->is_rough ? kRoughPlacing : 0.0};
 }
 
 FoundFeature FindOrbitale(const HeadView& head, const FoundFeature& eye, BodySide side) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "base/result.h"
 #include "fitting/spline_surface.h"
 #include "modeling/landmarks/ear_outline.h"
 
@@ -17,6 +18,9 @@ class HeadWithoutEars {
   /// Takes off the ears that are given; with none it is the head itself. About 20 ms.
   HeadWithoutEars(const SplineSurface& head, const std::optional<EarOutline>& right,
                   const std::optional<EarOutline>& left);
+
+  /// Finds the ears first. Fails as FindFacePoints does.
+  static Result<HeadWithoutEars> Find(const SplineSurface& head);
 
   /// The head as measured, and beneath its ears.
   [[nodiscard]] const SplineSurface& measured() const { return measured_; }
@@ -34,5 +38,9 @@ class HeadWithoutEars {
   SplineSurface measured_;
   SplineSurface surface_;
 };
+
+/// The ear with height and top by its relief over the head beneath: the top is where, coming down the head, the relief
+/// first reaches a fifth of its largest. Unchanged where it does not end below the scan's top.
+[[nodiscard]] EarOutline WithTopOnTheHead(const EarOutline& ear, const HeadWithoutEars& head);
 
 }  // namespace annulus

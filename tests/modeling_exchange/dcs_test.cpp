@@ -95,6 +95,7 @@ TEST(Dcs, AnEllipseHasItsHalfAxesAsRadii) {
 
 TEST(Dcs, ReadsBackToTheSameJob) {
   DcsJob job = JobOf(Ellipse(25.5, 17.3, {1.0, 0.5}), Ellipse(25.0, 18.0, {0.0, 0.0}));
+  job.frame = DcsFrame::kMetal;
   job.edge = DcsEdge::kGroove;
   job.lens_name = "1.67 single vision";
   job.confirmed_by = "M. Sato";

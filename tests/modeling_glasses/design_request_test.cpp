@@ -7,6 +7,7 @@
 #include "modeling/glasses/boxing.h"
 #include "modeling/glasses/frame.h"
 #include "modeling/glasses/frame_fields.h"
+#include "modeling/glasses/wall_check.h"
 #include "modeling/mesh/triangle_mesh.h"
 
 namespace annulus {
@@ -70,6 +71,8 @@ TEST(DesignRequest, GivesEveryStyleEverySize) {
       EXPECT_THAT(composed->messages, testing::IsEmpty()) << style.name;
       const auto frame = BuildFrame(composed->file.design, composed->file.adjustment.value());
       ASSERT_TRUE(frame) << style.name << " " << size.name << ": " << frame.error().Text();
+      const Status walls = CheckWalls(*frame, UsualWallLimits(style.material));
+      EXPECT_TRUE(walls) << style.name << " " << size.name << ": " << (walls ? "" : walls.error().Text());
       const FrameBoxing boxing = BoxingOf(*frame);
       EXPECT_NEAR(boxing.a, size.a, 1e-6) << style.name;
       EXPECT_NEAR(boxing.dbl, size.dbl, 1e-6) << style.name;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <string>
@@ -35,6 +37,15 @@ TEST(FrameFields, NameEveryFieldOnceWithItsUnit) {
   }
   // 9 lengths of the paper; 5 forms and 16 numbers of FrameDetails.
   EXPECT_EQ(options.size(), 30U);
+}
+
+TEST(FrameFields, AreAllInTheDescriptionOfTheFormat) {
+  std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/docs/formats.md");
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  for (const FrameField& field : FrameFields()) {
+    EXPECT_NE(text.find("`" + std::string(field.key) + "`"), std::string::npos) << field.key;
+    for (const std::string_view word : FormWords(field)) EXPECT_NE(text.find(word), std::string::npos) << word;
+  }
 }
 
 TEST(FrameFields, CoverEveryMemberOfTheDetails) {

@@ -130,9 +130,9 @@ TEST(FrameRandom, ChainsJoinWithG1AndRimsWithC1) {
       }
     }
     for (const auto& rim : {frame.rim_right, frame.rim_left}) {
-      for (std::size_t k = 0; k < 4; ++k) {
+      for (std::size_t k = 0; k < rim.size(); ++k) {
         for (const double v : {0.0, 0.2, 0.5, 0.8, 1.0}) {
-          const BezierTube& next = rim[(k + 1) % 4];
+          const BezierTube& next = rim[(k + 1) % rim.size()];
           worst_join = std::max({worst_join, (rim[k].a().DerivativeU(1, v) - next.a().DerivativeU(0, v)).norm(),
                                  (rim[k].b().DerivativeU(1, v) - next.b().DerivativeU(0, v)).norm()});
         }

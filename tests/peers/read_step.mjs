@@ -1,9 +1,9 @@
-// node read_step.mjs F.step…: reads STEP files with occt-import-js (Open CASCADE compiled to WebAssembly by others) and prints, as JSON,
-// for each file the name, volume (mm³), triangles and open edges of each solid, meshed within 0.0005 mm.
+// node read_step.mjs DEFLECTION F.step…: reads STEP files with occt-import-js (Open CASCADE compiled to WebAssembly by others) and prints, as JSON,
+// for each file the name, volume (mm³), triangles and open edges of each solid, meshed within DEFLECTION mm.
 import { readFileSync } from "node:fs";
 import loadOcct from "occt-import-js";
 
-const params = { linearUnit: "millimeter", linearDeflectionType: "absolute_value", linearDeflection: 0.0005, angularDeflection: 0.05 };
+const params = { linearUnit: "millimeter", linearDeflectionType: "absolute_value", linearDeflection: Number(process.argv[2]), angularDeflection: 0.5 };
 
 // The divergence theorem, about the first corner so that little cancels.
 function volume(xyz, index) {
@@ -33,7 +33,7 @@ function openEdges(xyz, index) {
 }
 
 const occt = await loadOcct();
-const files = process.argv.slice(2).map((path) => {
+const files = process.argv.slice(3).map((path) => {
   const read = occt.ReadStepFile(new Uint8Array(readFileSync(path)), params);
   const solids = (read.meshes ?? []).map((mesh) => {
     const [xyz, index] = [mesh.attributes.position.array, mesh.index.array];

@@ -157,7 +157,7 @@ TEST(RandomHead, HasEarsAndWithoutThemIsTheHeadBeneath) {
         std::atan2(face.right_ear_top.y() - with.torso().Centre(face.right_ear_top.z()).y(), face.right_ear_top.x());
     const double left =
         with.torso().Radius(theta, face.right_ear_top.z()) - without.torso().Radius(theta, face.right_ear_top.z());
-    EXPECT_NEAR(left, 0.2 * largest, 0.45) << seed;
+    EXPECT_NEAR(left, 0.2 * largest, 0.1) << seed;
     // The face is the same.
     EXPECT_DOUBLE_EQ(with.torso().Radius(1.2, head.eye_z), without.torso().Radius(1.2, head.eye_z));
   }

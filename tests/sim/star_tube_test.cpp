@@ -162,5 +162,45 @@ TEST(StarTube, HasTheNormalOfAnEllipsesGradient) {
   EXPECT_LT((hit->normal - expected).norm(), 1e-6);
 }
 
+TEST(StarTube, IsTheBallWhereOneStandsOutOfIt) {
+  // A round tube of radius 50 about the z axis and a ball of 14 mm whose front stands 6 mm out of it.
+  const std::vector<TubeRow> rows{{0, 50, 50, -50}, {100, 50, 50, -50}, {300, 50, 50, -50}};
+  const Eigen::Vector3d centre(0.0, 42.0, 150.0);
+  const StarTube tube(rows, {}, {0, 50, 250, 300}, {{centre, 14.0, 1.5}});
+  EXPECT_NEAR(tube.Radius(kPi / 2.0, 150.0), 56.0, 1e-12);
+  for (const double z : {147.0, 150.0, 152.0}) {
+    for (const double theta : {kPi / 2.0 - 0.05, kPi / 2.0, kPi / 2.0 + 0.04}) {
+      EXPECT_NEAR((tube.Point(theta, z) - centre).norm(), 14.0, 1e-12);
+    }
+  }
+  // Beside the ball it is the tube; nowhere is it less than either; and both flow into each other.
+  EXPECT_NEAR(tube.Radius(0.3, 150.0), 50.0, 1e-12);
+  EXPECT_NEAR(tube.Radius(kPi / 2.0, 170.0), 50.0, 1e-12);
+  double polygon = 0.0;
+  constexpr int kPoints = 200'000;
+  for (int k = 0; k < kPoints; ++k) {
+    const Eigen::Vector3d p = tube.Point(kTwoPi * k / kPoints, 150.0);
+    EXPECT_GE(p.head<2>().norm(), 50.0 - 1e-12);
+    polygon += (tube.Point(kTwoPi * (k + 1) / kPoints, 150.0) - p).norm();
+  }
+  // The perimeter from the slopes against that of the polygon.
+  EXPECT_NEAR(tube.Section(150.0)->perimeter_mm, polygon, 1e-6 * polygon);
+  const auto hit = tube.Cast({{0, 200, 150}, {0, -1, 0}}, 1000.0);
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->distance_mm, 144.0, 1e-6);
+}
+
+TEST(StarTube, CarriesLidsOverItsBalls) {
+  const std::vector<TubeRow> rows{{0, 50, 50, -50}, {100, 50, 50, -50}, {300, 50, 50, -50}};
+  TubeBump lid{kPi / 2.0, 155.0, 0.8, 0.1, 2.0};
+  const auto radius = [&](const std::vector<TubeBump>& bumps) {
+    return StarTube(rows, bumps, {0, 50, 250, 300}, {{{0.0, 42.0, 150.0}, 14.0, 1.5}}).Radius(kPi / 2.0, 155.0);
+  };
+  // Under the ball it does not show, over it in full.
+  EXPECT_NEAR(radius({lid}), radius({}), 1e-12);
+  lid.over_balls = true;
+  EXPECT_NEAR(radius({lid}), radius({}) + 0.8, 1e-12);
+}
+
 }  // namespace
 }  // namespace annulus::sim

@@ -14,9 +14,9 @@ namespace annulus::test {
 
 /// Which part of a head is sampled, and how finely.
 struct HeadSurfaceOptions {
-  double depth_mm = 262.0;        ///< From 1 mm below the crown downwards.
-  std::size_t columns = 360;      ///< Around.
-  double face_step_mm = 1.0;      ///< Between rows from 45 mm below to 30 mm above the eyes.
+  double depth_mm = 262.0;    ///< From 1 mm below the crown downwards.
+  std::size_t columns = 360;  ///< Around.
+  double face_step_mm = 1.0;  ///< Between rows from 45 mm below to 30 mm above the eyes.
   double elsewhere_step_mm = 3.0;
 };
 
