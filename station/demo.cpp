@@ -9,6 +9,7 @@
 #include "acquisition/recording.h"
 #include "modeling/exchange/model_json.h"
 #include "modeling/glasses/frame_json.h"
+#include "modeling/glasses/frame_library.h"
 #include "modeling/landmarks/landmarks.h"
 #include "modeling/measure/section.h"
 #include "render/plot.h"
@@ -16,6 +17,7 @@
 #include "station/command_io.h"
 #include "station/files.h"
 #include "station/fit_scan.h"
+#include "station/glasses_fit_report.h"
 #include "station/measurement_output.h"
 #include "station/pictures.h"
 #include "station/report.h"
@@ -116,7 +118,7 @@ class SubjectRun {
   Status Scan();
   Status Fit();
   Status Measure();
-  Status PutGlassesOn();
+  Status PutGlassesOn(const MeasuredSurface& surface);
   Status Draw();
   Status DrawBody(const TaskContext& task);
   Status DrawGlasses(const TaskContext& task);
@@ -179,22 +181,25 @@ Status SubjectRun::Measure() {
   RETURN_IF_ERROR(Write(NameOf("_measurements.csv"), MeasurementsToCsv(result_.table), "measurement table"));
   RETURN_IF_ERROR(Write(NameOf("_measurements.json"), MeasurementsToJson(result_.table).dump(1) + "\n",
                         "measurement table with definitions"));
-  return result_.name == "head" ? PutGlassesOn() : Status{};
+  return result_.name == "head" ? PutGlassesOn(*surface) : Status{};
 }
 
-Status SubjectRun::PutGlassesOn() {
-  const auto parameters = FindFrameStyle(kStyle);
-  if (!parameters) return Fail(parameters);
-  FrameDesign design = *parameters;
-  design.style = kStyle;
-  const auto worn = FitFrame(fit_.fit.model.main().surface, design);
-  if (!worn) return Fail(worn);
-  result_.glasses = DemoGlasses{kStyle, *worn};
-  const auto stl = FrameStl(*worn);
+Status SubjectRun::PutGlassesOn(const MeasuredSurface& surface) {
+  const auto style = BuiltInFrameLibrary().Find(kStyle);
+  if (!style) return Fail(style);
+  const LibraryStyle& start = **style;
+  GlassesFitOptions options;
+  options.size = FitSize::kMadeToMeasure;
+  auto fit = FitGlasses(surface, start.design, options);
+  if (!fit) return Fail(fit);
+  const auto stl = FrameStl(fit->worn);
   if (!stl) return Fail(stl);
-  RETURN_IF_ERROR(Write("frame.json", FrameToJson({design, {}, {}}), "the frame's design"));
-  RETURN_IF_ERROR(Write("worn.json", WornFrameToJson(*worn), "the frame made to this head's measure"));
-  return Write("frame.stl", *stl, "the frame as a closed solid, for making it");
+  WornFile worn{fit->worn, start.material, {}};
+  worn.SetSection("fit", FitReport(*fit).dump());
+  RETURN_IF_ERROR(Write("frame.json", FrameToJson({start.design, start.material, {}}), "the frame's design"));
+  RETURN_IF_ERROR(Write("worn.json", WornFileToJson(worn), "the frame made to this head's measure"));
+  result_.glasses = DemoGlasses{kStyle, std::move(*fit)};
+  return Write("frame.stl", *stl, "the frame as closed solids, for making it");
 }
 
 Status SubjectRun::DrawBody(const TaskContext& task) {
@@ -219,7 +224,7 @@ Status SubjectRun::DrawGlasses(const TaskContext& task) {
     if (!view) return Fail(view);
     picture.view = *view;
     RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
-                               DrawWorn(fit_.fit.model, result_.glasses->worn, picture, task), caption));
+                               DrawWorn(fit_.fit.model, result_.glasses->fit.worn, picture, task), caption));
   }
   return {};
 }

@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "base/storage.h"
 #include "fitting/fit_surface.h"
-#include "modeling/glasses/placement.h"
+#include "modeling/glasses/glasses_fit.h"
 #include "modeling/table/table.h"
 #include "station/scan_job.h"
 #include "station/truth_table.h"
@@ -45,7 +45,7 @@ struct KnowledgeShares {
 /// Glasses that were put on the subject.
 struct DemoGlasses {
   std::string style;
-  WornFrame worn;
+  GlassesFit fit;
 };
 
 /// The chain on one subject.

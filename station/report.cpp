@@ -148,18 +148,20 @@ std::string Inferred(const DemoSubject& subject) {
 }
 
 std::string Glasses(const DemoGlasses& glasses) {
-  const WornFrame& worn = glasses.worn;
+  const WornFrame& worn = glasses.fit.worn;
   std::string html = "<h3>Glasses</h3>\n<div class=\"scroll\"><table class=\"facts\"><tbody>\n";
   html += Fact("Style", glasses.style);
-  html +=
-      Fact("Made to measure", fmt::format("rims {:.1f} mm wide and {:.1f} mm high, temples {:.1f} mm (right) and "
-                                          "{:.1f} mm (left) from bend to bend",
-                                          worn.design.parameters.width, worn.design.parameters.height, worn.l6_right, worn.l6_left));
-  html += Fact("Placed", fmt::format("tilted {:.0f}°, moved {:.1f} mm forward to keep {:.1f} mm off the face",
-                                     DegreesFromRadians(worn.tilt), worn.forward_shift, worn.clearance));
-  html += Fact("Residuals", fmt::format("eyes {:.2f} and {:.2f} mm, bridge {:.2f} mm, ears {:.2f} and {:.2f} mm",
-                                        worn.residuals.eye_right, worn.residuals.eye_left, worn.residuals.bridge,
-                                        worn.residuals.ear_right, worn.residuals.ear_left));
+  html += Fact("Made to measure", fmt::format("rims {:.1f} mm wide and {:.1f} mm high on their centre line",
+                                              worn.design.parameters.width, worn.design.parameters.height));
+  for (const FitGoal& goal : glasses.fit.goals) {
+    const char* degrees = goal.unit == "deg" ? "°" : goal.unit == "%" ? " %" : " mm";
+    html += Fact(goal.term, fmt::format("{:.1f}{}, usual {:.1f} to {:.1f}{}", goal.value, degrees, goal.low, goal.high,
+                                        goal.met ? "" : ": not met"));
+  }
+  for (const FrameContact& contact : glasses.fit.contacts) {
+    html += Fact("Rests on", fmt::format("{}, {:.0f} % of the weight", contact.part, 100.0 * contact.load_share));
+  }
+  for (const std::string& sentence : glasses.fit.advice) html += Fact("To change", sentence);
   for (const LandmarkSource source : {LandmarkSource::kDetected, LandmarkSource::kProportion}) {
     std::string names;
     for (const NamedFacePoint& named : FacePointNames()) {

@@ -7,13 +7,16 @@
 #include "sim/acting_subject.h"
 #include "sim/clothed_subject.h"
 #include "sim/dressed_subject.h"
-#include "sim/head.h"
 #include "sim/mesh_subject.h"
 #include "sim/moving_subject.h"
 #include "sim/person.h"
+#include "sim/random_head.h"
 
 namespace annulus {
 namespace {
+
+/// Whose head the subject "head" is: an ordinary one, on which most frames can be worn.
+constexpr std::uint64_t kHeadSeed = 3;
 
 /// A dark patch where a horizontal beam from `theta_deg` at `share` of the height first meets the subject.
 std::optional<sim::DarkPatch> PatchOn(const sim::Subject& subject, double theta_deg, double share) {
@@ -44,7 +47,7 @@ bool IsBuiltInSubject(const std::string& subject) { return subject == "body" || 
 
 sim::ParametricBody BareSubject(const std::string& subject) {
   ENSURE(IsBuiltInSubject(subject), "a built-in subject");
-  return subject == "body" ? sim::MakePerson({}) : sim::MakeHead({});
+  return subject == "body" ? sim::MakePerson({}) : sim::MakeRandomHead(kHeadSeed);
 }
 
 namespace {

@@ -54,7 +54,11 @@ std::vector<Cause> CausesOf(const PoseTask& task, const std::array<Vector3d, 2>&
     for (const Vector3d& moved : DisplacementsOf(in_head(head.EarPoint(eye)))) {
       causes.emplace_back([=](PoseTask& t, double sd) { t.inputs.ears[side] += sd * moved; });
     }
-    causes.emplace_back([=](PoseTask& t, double sd) { t.bearing_shift[side] -= sd * bears; });
+    causes.emplace_back([=](PoseTask& t, double sd) {
+      // The nose's side as a whole: what bears on it and what must keep clear of it.
+      t.bearing_shift[side] -= sd * bears;
+      t.skin_shift[side] -= sd * bears;
+    });
   }
   const double level = head.level_sigma();
   causes.emplace_back([=](PoseTask& t, double sd) {
@@ -142,6 +146,10 @@ GoalVector VarianceToFirstOrder(const PoseProblem& problem, const FrontState& st
 }  // namespace
 
 GoalVector SigmasOf(const PoseProblem& problem, const FrontState& state, const std::array<Vector3d, 2>& bearing) {
+  for (const Vector3d& place : bearing) {
+    // Without a covariance of the surface there is nothing to go on.
+    if (!std::isfinite(DistanceSigma(*problem.task().head, place))) return GoalVector::Constant(std::nan(""));
+  }
   const std::vector<Cause> causes = CausesOf(problem.task(), bearing);
   const GoalVector variance = problem.task().size == FitSize::kKept ? VarianceBySolving(problem, state, causes)
                                                                     : VarianceToFirstOrder(problem, state, causes);

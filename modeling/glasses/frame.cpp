@@ -83,9 +83,9 @@ Result<Frame> BuildFrame(const FrameDesign& design, const FrameAdjustment& adjus
   shape_left.ear = MirroredX(shape_left.ear);
   const TubeSection root = TempleRoot(design, rim);
   const Result<FrameArm> right = MakeArm(design, root, adjustment.temple_right, "right");
-  RETURN_IF_ERROR(right);
+  if (!right) return Fail(right);
   const Result<FrameArm> left = MakeArm(design, root, shape_left, "left");
-  RETURN_IF_ERROR(left);
+  if (!left) return Fail(left);
   const std::vector<BezierTube> tubes = RimTubes(rim);
   const BezierPatch lens = RightLens(design, rim);
   std::vector<BezierTube> bridge = MakeBridge(design, BridgeRoot(design, rim));
@@ -109,7 +109,7 @@ const std::vector<FrameBody>& FrameBodies(const Frame& frame) { return frame.bod
 LensOutline LensOutlineOf(const Frame& frame, Eye eye) {
   const Eigen::Isometry3d rim_from_frame = frame.rim.frame_from_rim.inverse();
   LensOutline outline;
-  outline.points.reserve(4 * kOutlineSteps);
+  outline.points.reserve(std::size_t{4} * kOutlineSteps);
   for (std::size_t k = 0; k < 4; ++k) {
     const BezierCurve curve = LensCurve(frame.rim, k);
     for (int step = 0; step < kOutlineSteps; ++step) {

@@ -79,7 +79,8 @@ void AppendShoulder(const Frame& frame, std::vector<Wall>& walls) {
     const Vector3d lip = tube.a().Point(0.0, frame.rim.groove_v);
     const Vector3d bottom = LensPoint(frame.rim, i / 3, 0.0);
     const Vector3d flank = 0.5 * (lip + bottom);
-    for (double v = frame.rim.groove_v; v < 1.0; v += 0.005) {
+    for (int k = 0; k <= 4 * kSteps; ++k) {
+      const double v = frame.rim.groove_v + (1.0 - frame.rim.groove_v) * k / (4.0 * kSteps);
       thinnest = std::min(thinnest, (tube.a().Point(0.0, v) - flank).norm());
     }
   }

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr const char* kAttempt = "fit the glasses";
-constexpr double kPoorCost = 60.0;     // above: other starts are tried
+constexpr double kPoorCost = 12.0;     // above: other starts are tried
 constexpr double kSolverMargin = 0.3;  // mm that the solver keeps more than the goal asks
 constexpr double kEnters = 0.03;       // mm of penetration that the last correction removes
 constexpr int kCorrections = 6;

@@ -168,6 +168,7 @@ Result<LensForm> KeepRuleAt(const Eigen::Vector2d& thinnest, const LensForm& sta
     const double thickness = form.centre_thickness + missing;
     if (!(thickness < 2.0 * rule.largest)) return TooThick(thickness, rule);
     const Result<LensForm> next = BuildLensForm(spec, order, thickness);
+    if (!next && thickness > rule.largest) return TooThick(thickness, rule);
     if (!next) return Fail(next);
     form = *next;
   }

@@ -18,6 +18,8 @@ constexpr double kSplay = RadiansFromDegrees(30.0);
 constexpr double kFrontal = RadiansFromDegrees(25.0);
 /// The edge of a pad bulges this much over its outline, mm (the control points; the surface 3/4 of it).
 constexpr double kEdgeBulge = 0.8;
+/// Handles of a wire's curve, as a share of the distance that it bridges.
+constexpr double kWireReach = 0.7;
 /// Distance of the inner control points of a quarter circle from its ends, in radii.
 const double kQuarter = 4.0 / 3.0 * (std::sqrt(2.0) - 1.0);
 
@@ -136,15 +138,26 @@ PatchShell PadShell(const FrameDesign& d, const Rim& rim, const PadPose& pose) {
 
 PatchShell PadWire(const PadPose& pose, const Vector3d& anchor, const Vector3d& leaving, double diameter) {
   const Vector3d end = pose.centre - (kPadConvexity + 0.5 * kPadThickness) * pose.normal;
+  const double reach = kWireReach * (end - anchor).norm();
+  const auto [first, second] = Split({anchor, anchor + reach * leaving, end - reach * pose.normal, end}, 0.5);
+  // The section's width stays across the plane in which the wire bends, so that it does not collapse on the way.
+  Vector3d across_bend = leaving.cross(end - anchor);
+  if (across_bend.norm() < 1e-3 * (end - anchor).norm()) across_bend = Vector3d::UnitZ();
   // About round: the section is 0.75 of its control polygon deep.
-  const auto jet = [&](const Vector3d& centre, const Vector3d& tangent, const Vector3d& up) -> TubeJet {
-    const Vector3d across = (up - up.dot(tangent) * tangent).normalized();
+  const auto jet = [&](const Vector3d& centre, const Vector3d& tangent) -> TubeJet {
+    Vector3d across = across_bend - across_bend.dot(tangent) * tangent;
+    if (across.norm() < 1e-3 * across_bend.norm()) across = pose.up - pose.up.dot(tangent) * tangent;
+    across.normalize();
     return {centre, tangent, 0.5 * diameter * across, diameter / 1.5 * tangent.cross(across)};
   };
-  const double reach = 0.7 * (end - anchor).norm();
-  const TubeJet from = jet(anchor, leaving, Vector3d::UnitZ());
-  const TubeJet to = jet(end, pose.normal, pose.up);
-  return ShellOfTubes("pad_wire", {HermiteTube(from, to, reach, reach)}, TubeEnds::kCapped);
+  const TubeJet from = jet(anchor, leaving);
+  const TubeJet middle = jet(first[3], (second[1] - first[2]).normalized());
+  const TubeJet to = jet(end, pose.normal);
+  const auto handle = [](const Vector3d& a, const Vector3d& b) { return (a - b).norm(); };
+  return ShellOfTubes("pad_wire",
+                      {HermiteTube(from, middle, handle(first[1], first[0]), handle(first[3], first[2])),
+                       HermiteTube(middle, to, handle(second[1], second[0]), handle(second[3], second[2]))},
+                      TubeEnds::kCapped);
 }
 
 double PadWireDiameter(const FrameDesign& d, const Rim& rim) {

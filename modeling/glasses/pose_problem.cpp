@@ -150,11 +150,10 @@ class Rows {
 
   void AddPoints() {
     gaps_.reserve(front_.points.size());
-    const double shift = task_.skin_shift;
     for (const FrontPoint& point : front_.points) {
       HeadGap gap = GapOf(point.position);
       gaps_.push_back(gap);
-      gap.distance += shift;
+      gap.distance += task_.skin_shift[point.position.x() > 0.0 ? 0 : 1];
       const double entered = std::min(gap.distance - point.clearance, 0.0) / kClearanceScale;
       if (entered < 0.0) SetGradient(point.position, gap.gradient / kClearanceScale);
       residuals_[row_++] = entered;
@@ -328,7 +327,7 @@ bool PoseProblem::Evaluate(const FrontState& state, VectorXd& residuals, MatrixX
   residuals[row++] = kSizePull / kWidthScale * wider;
   residuals[row++] = kSizePull / kGapScale * (state.gap - task_.design.bridge_gap());
   ENSURE(row == residual_count(), "every residual has its row");
-  return true;
+  return residuals.allFinite();
 }
 
 FrontState PoseProblem::Start() const {

@@ -36,9 +36,10 @@ struct PoseTask {
   /// Heights of the pupils over the box's lower edge that are wanted instead of a place over its centre, mm.
   std::array<std::optional<double>, 2> pupil_height;
   PointDensity density{6, 3};
-  /// Added to the distances from the head, mm: of the right and left bearing, and of all else (0, but for sigmas).
+  /// Added to the distances from the head on the right and the left side, mm: of what bears, and of all points (0, but
+  /// for sigmas).
   std::array<double, 2> bearing_shift{0.0, 0.0};
-  double skin_shift = 0.0;
+  std::array<double, 2> skin_shift{0.0, 0.0};
 };
 
 /// The range of pupil_above_centre of one side: the goals', or about the height that is wanted.

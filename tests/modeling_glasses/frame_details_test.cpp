@@ -228,8 +228,8 @@ TEST(FramePads, WiresRunFromInsideTheRimIntoThePad) {
   for (double v = 0.05; v < 1.0; v += 0.1) {
     EXPECT_NEAR(WindingNumber(rim, wire.patches[0].patch.Point(0, v)), 1.0, 1e-6);
     EXPECT_NEAR(WindingNumber(rim, wire.patches[1].patch.Point(0, v)), 1.0, 1e-6);
-    EXPECT_NEAR(WindingNumber(pad, wire.patches[0].patch.Point(1, v)), 1.0, 1e-6);
-    EXPECT_NEAR(WindingNumber(pad, wire.patches[1].patch.Point(1, v)), 1.0, 1e-6);
+    EXPECT_NEAR(WindingNumber(pad, wire.patches[2].patch.Point(1, v)), 1.0, 1e-6);
+    EXPECT_NEAR(WindingNumber(pad, wire.patches[3].patch.Point(1, v)), 1.0, 1e-6);
   }
 }
 

@@ -168,6 +168,40 @@ TEST(FrameRandom, BridgeTemplesAndWiresEndInsideTheRim) {
   }
 }
 
+/// The shells of a body near a place, as one mesh.
+TriangleMesh Near(const FrameBody& body, const Vector3d& place, double radius) {
+  TriangleMesh mesh;
+  for (const PatchShell& shell : body.shells) {
+    TriangleMesh part = Tessellate(shell, {8, 8, 2});
+    const bool near = std::any_of(part.vertices.begin(), part.vertices.end(),
+                                  [&](const Vector3d& p) { return (p - place).norm() < radius; });
+    if (near) Append(mesh, part);
+  }
+  return mesh;
+}
+
+TEST(FrameRandom, OpenTemplesDoNotEnterTheFront) {
+  constexpr double kRadius = 6.0;  // mm about the hinge
+  std::mt19937_64 random(20260808);
+  for (int draw = 0; draw < Draws(100); ++draw) {
+    const Frame frame = Drawn(random);
+    if (!frame.arm_right.hinge) continue;
+    const std::vector<FrameBody>& bodies = FrameBodies(frame);
+    const bool rimless = bodies.size() == 5;
+    for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+      const Vector3d& hinge = (side == 0 ? frame.arm_right : frame.arm_left).hinge->point;
+      const TriangleMesh front = Near(bodies[rimless ? 1 + side : 0], hinge, kRadius);
+      const TriangleMesh temple = Near(bodies[bodies.size() - 2 + side], hinge, kRadius);
+      for (const auto& [inner, outer] : {std::pair(&front, &temple), std::pair(&temple, &front)}) {
+        for (const Vector3d& p : inner->vertices) {
+          if ((p - hinge).norm() > kRadius) continue;
+          ASSERT_NEAR(WindingNumber(*outer, p), 0.0, 1e-3) << "draw " << draw << " side " << side;
+        }
+      }
+    }
+  }
+}
+
 TEST(FrameRandom, AdjustingTwiceChangesNothingMore) {
   std::mt19937_64 random(20260805);
   int changed = 0;

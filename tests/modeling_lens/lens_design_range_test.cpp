@@ -37,7 +37,9 @@ TEST(LensDesignRange, CompensationHoldsTheOrderOverTwoThousandPrescriptionsAndTi
     }
     FrameForLenses frame;
     for (RimForLens* rim : {&frame.right, &frame.left}) {
-      rim->outline = Ellipse(dice.Between(44.0, 54.0), dice.Between(32.0, 42.0), 92);
+      const double a = dice.Between(44.0, 54.0);
+      const double b = dice.Between(32.0, 42.0);
+      rim->outline = Ellipse(a, b, 92);
       rim->position = {dice.Between(10.0, 16.0), RadiansFromDegrees(dice.Between(-5.0, 20.0)),
                        RadiansFromDegrees(dice.Between(-2.0, 20.0))};
     }
@@ -75,7 +77,9 @@ TEST(LensDesignRange, ExtremeOrdersAreDesignedOrRefusedNeverBroken) {
     }
     FrameForLenses frame;
     for (RimForLens* rim : {&frame.right, &frame.left}) {
-      rim->outline = Ellipse(dice.Between(36.0, 60.0), dice.Between(26.0, 40.0), 92);
+      const double a = dice.Between(36.0, 60.0);
+      const double b = dice.Between(26.0, 40.0);
+      rim->outline = Ellipse(a, b, 92);
       rim->position = {dice.Between(5.0, 30.0), RadiansFromDegrees(dice.Between(-30.0, 30.0)),
                        RadiansFromDegrees(dice.Between(-35.0, 35.0))};
     }

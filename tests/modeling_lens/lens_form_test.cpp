@@ -112,7 +112,9 @@ TEST(LensForm, BothMinimaHoldOverTheOutlineAndOneOfThemIsTouched) {
     spec.reference = {dice.Between(-4, 4), dice.Between(-3, 3)};
     const LensOrder order{MatrixFrom({dice.Between(-8, 6), -dice.Between(0, 4), dice.Between(0.01, kPi)}),
                           {dice.Between(-3, 3), dice.Between(-3, 3)}};
-    const LensOutline outline = Ellipse(dice.Between(44, 54), dice.Between(30, 44), 120);
+    const double a = dice.Between(44, 54);
+    const double b = dice.Between(30, 44);
+    const LensOutline outline = Ellipse(a, b, 120);
     const auto form = ThinnestLensForm(spec, order, outline, rule);
     if (!form) continue;
     ++made;
@@ -169,7 +171,9 @@ TEST(LensForm, CompensationGivesTheWantedPowerByAnIndependentBundle) {
     const LensFormSpec spec = Spec(dice.Between(2.0, 7.0), 1.6);
     const LensOrder wanted{MatrixFrom({dice.Between(-8, 6), -dice.Between(0, 3), dice.Between(0.01, kPi)}),
                            {dice.Between(-2, 2), dice.Between(-2, 2)}};
-    const LensPose pose = PoseOf(dice.Between(0, 0.3), dice.Between(0, 0.3), 13.0, Eye::kRight);
+    const double pantoscopic = dice.Between(0, 0.3);
+    const double face_form = dice.Between(0, 0.3);
+    const LensPose pose = PoseOf(pantoscopic, face_form, 13.0, Eye::kRight);
     const auto made = CompensatedLensForm(spec, {wanted, pose}, Ellipse(48.0, 36.0, 120), {1.5, 1.0, 25.0});
     ASSERT_TRUE(made) << made.error().Text();
     const auto bundle = test::BundlePower(made->form, pose);

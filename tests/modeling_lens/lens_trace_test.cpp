@@ -111,7 +111,9 @@ TEST(LensTrace, AgreesWithABundleOfRaysForRandomLensesAndTilts) {
                           {dice.Between(-5, 5), dice.Between(-5, 5)}};
     const auto form = BuildLensForm(spec, order, dice.Between(1.0, 8.0));
     ASSERT_TRUE(form);
-    const LensPose pose = PoseOf(dice.Between(-0.2, 0.4), dice.Between(-0.1, 0.4), 12.0, Eye::kLeft);
+    const double pantoscopic = dice.Between(-0.2, 0.4);
+    const double face_form = dice.Between(-0.1, 0.4);
+    const LensPose pose = PoseOf(pantoscopic, face_form, 12.0, Eye::kLeft);
     const auto traced = TraceAsWorn(*form, pose);
     const auto bundle = test::BundlePower(*form, pose);
     ASSERT_TRUE(traced && bundle);
