@@ -91,7 +91,7 @@ TEST_F(FitAnswers, TakesAWantedPupilHeight) {
 
 TEST_F(FitAnswers, SaysThatABridgeIsTooNarrow) {
   FrameDesign narrow = test::LibraryDesign("wellington", "medium");
-  narrow.details.bridge_gap = narrow.bridge_gap() - 11.0;
+  narrow.details.bridge_gap = narrow.bridge_gap() - 9.0;
   const auto fit = Fit(narrow);
   ASSERT_TRUE(fit) << fit.error().Text();
   EXPECT_FALSE(fit->wearable);
