@@ -69,20 +69,16 @@ void AppendRim(const Frame& frame, std::vector<Wall>& walls) {
   walls.push_back({"rim_depth", (frame.rim_right[0].Point(0.5, 0.25) - frame.rim_right[0].Point(0.5, 0.75)).norm()});
 }
 
-/// Half way from the lips to the bottom, from the flank to the rim's front.
+/// Half way from the lips to the bottom, from the flank straight to the rim's front.
 void AppendShoulder(const Frame& frame, std::vector<Wall>& walls) {
-  if (frame.rim.groove_v <= 0.0) return;
-  const std::vector<BezierTube>& tubes = frame.rim_right;
+  const Rim& rim = frame.rim;
+  if (rim.groove_v <= 0.0) return;
+  const double width = frame.design.details.groove_width;
+  const double lip = GrooveLip(width / frame.design.depth());
   double thinnest = std::numeric_limits<double>::infinity();
   for (const std::size_t i : {std::size_t{0}, std::size_t{6}}) {  // d1, d2
-    const BezierTube& tube = tubes[(i / 3) * tubes.size() / 4];
-    const Vector3d lip = tube.a().Point(0.0, frame.rim.groove_v);
-    const Vector3d bottom = LensPoint(frame.rim, i / 3, 0.0);
-    const Vector3d flank = 0.5 * (lip + bottom);
-    for (int k = 0; k <= 4 * kSteps; ++k) {
-      const double v = frame.rim.groove_v + (1.0 - frame.rim.groove_v) * k / (4.0 * kSteps);
-      thinnest = std::min(thinnest, (tube.a().Point(0.0, v) - flank).norm());
-    }
+    const double place = 0.5 * (lip + rim.lens_place[i]);
+    thinnest = std::min(thinnest, rim.half_depth.norm() * RimDepthShare(place) - 0.25 * width);
   }
   walls.push_back({"groove_shoulder", thinnest});
 }

@@ -150,11 +150,9 @@ TEST(FrameWalls, GrooveLeavesWhatIsBehindAndBesideIt) {
   // Lips at v = 0.2 (3v(1 - v) = 1.2/2.5): 2v²(3 - 2v)·1.25 = 0.26 mm from the inner seam; with the groove's 0.5 mm
   // 1.74 of 2.5 mm stay, times 0.9268 between corners.
   EXPECT_NEAR(WallCalled(walls, "rim_top"), 1.74 * 0.9268, 0.02);
-  // Half way down, 0.51 mm from the seam, the rim is 0.665·1.25 mm deep to the front at most (3v(1 - v) at v = 0.292,
-  // numpy: brentq(lambda v: 2*v*v*(3-2*v)*1.25-.51, 0, .5) = 0.2921 → 0.6203·1.25 = 0.775) and the flank 0.3 mm: the
-  // wall is a little less than 0.475, as it is measured across the shortest way.
-  EXPECT_LT(WallCalled(walls, "groove_shoulder"), 0.475);
-  EXPECT_GT(WallCalled(walls, "groove_shoulder"), 0.36);
+  // Half way down, 0.51 mm from the seam, 2v²(3 - 2v)·1.25 = 0.51 at v = 0.2921: the front is 3v(1 - v)·1.25 = 0.7754
+  // mm off the middle plane, the flank a quarter of 1.2 mm.
+  EXPECT_NEAR(WallCalled(walls, "groove_shoulder"), 0.7727 - 0.3, 1e-3);
 }
 
 TEST(FrameWalls, HingesPadsAndMountsHaveTheirs) {
