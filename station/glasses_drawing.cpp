@@ -268,7 +268,8 @@ void DrawingPages::Facts(const Vector2d& corner) {
       {"frame curve", fmt::format("{:.1f} D", details.frame_curve)},
       {"face form angle", fmt::format("{:.1f}°", DegreesFromRadians(details.face_form))}};
   if (source_.worn)
-    rows.emplace_back("tilt as worn", fmt::format("{:.1f}°", DegreesFromRadians(source_.worn->worn.tilt)));
+    rows.emplace_back("tilt as worn",
+                      fmt::format("{:.1f}°", DegreesFromRadians(PositionOf(source_, Eye::kRight).pantoscopic_tilt)));
   constexpr double kRow = 5.2;
   constexpr double kWidth = 74.0;
   canvas_.Text(corner, "sizes in mm, boxing system", {9.0, kInk, Weight::kBold});

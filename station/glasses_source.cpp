@@ -112,6 +112,17 @@ std::optional<PupilPlace> PupilOf(const GlassesSource& source, Eye eye) {
   Vector3d on_right = place.in_frame;
   if (eye == Eye::kLeft) on_right.x() = -on_right.x();
   place.height = (rim_from_frame * on_right).z() - (box.centre.y() - 0.5 * box.b);
+  // A fit knows the head's level; then its numbers count.
+  const std::string side = eye == Eye::kRight ? "_right" : "_left";
+  for (const SavedGoal& goal : GoalsOf(source)) {
+    if (goal.id == "pd" + side) {
+      place.in_frame.x() += std::copysign(goal.value - place.pd, place.in_frame.x());
+      place.pd = goal.value;
+    } else if (goal.id == "pupil_height" + side) {
+      place.in_frame.z() += goal.value - place.height;
+      place.height = goal.value;
+    }
+  }
   return place;
 }
 

@@ -27,17 +27,6 @@ struct RimBox {
   double dbl = 0.0;
 };
 
-/// The smallest horizontal distance of the right lens' outline and its mirror image.
-double DistanceBetweenLenses(const Rim& rim) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < 4; ++k) {
-    for (int step = 0; step < kOutlineSteps; ++step) {
-      nearest = std::min(nearest, LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps).x());
-    }
-  }
-  return 2.0 * nearest;
-}
-
 RimBox BoxOfRim(const Rim& rim) {
   const Eigen::Isometry3d rim_from_frame = rim.frame_from_rim.inverse();
   Eigen::AlignedBox3d box;
@@ -92,6 +81,16 @@ bool TakeMark(std::string_view& text, std::initializer_list<std::string_view> ma
 }
 
 }  // namespace
+
+double DistanceBetweenLenses(const Rim& rim) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (int step = 0; step < kOutlineSteps; ++step) {
+      nearest = std::min(nearest, LensPoint(rim, k, static_cast<double>(step) / kOutlineSteps).x());
+    }
+  }
+  return 2.0 * nearest;
+}
 
 FrameBoxing BoxingOf(const Frame& frame) {
   const LensBox box = BoxOf(LensOutlineOf(frame, Eye::kRight));

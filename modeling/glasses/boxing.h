@@ -21,6 +21,9 @@ struct FrameBoxing {
   double box_height = 0.0;     ///< Height of the box centres over the rim centres O0, O0', mm.
 };
 
+/// DBL: the smallest horizontal distance of the right lens' outline and its mirror image, in the front's plane, mm.
+[[nodiscard]] double DistanceBetweenLenses(const Rim& rim);
+
 /// The boxing of a frame that was built, from LensOutlineOf.
 [[nodiscard]] FrameBoxing BoxingOf(const Frame& frame);
 /// The boxing of a design. Fails if it cannot be built.

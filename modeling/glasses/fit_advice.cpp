@@ -75,7 +75,7 @@ std::string AdviceFor(const FitGoal& goal, const FittedFrame& fitted) {
   if (StartsWith(goal.id, "temple_splay")) {
     return fmt::format(
         "the front is too {} for this head: the {} temple leaves it at {:.1f} degrees {}; choose a {} "
-        "frame or longer end pieces",
+        "frame or a larger temple outset",
         is_low ? "wide" : "narrow", side, std::abs(goal.value), is_low ? "inward" : "outward",
         is_low ? "narrower" : "wider");
   }

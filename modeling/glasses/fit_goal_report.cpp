@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/units.h"
+#include "modeling/glasses/boxing.h"
 #include "modeling/glasses/fit_report.h"
 
 namespace annulus {
@@ -18,6 +19,7 @@ constexpr double kShortestTip = 25.0;  // mm behind the ear point, of a temple o
 constexpr double kLongestTip = 55.0;
 constexpr double kUnevenPush = 0.12;  // of the nose's load, either way from a half
 constexpr double kRimSlack = 1e-6;    // mm
+constexpr double kTouchesNose = 0.3;  // mm
 
 class GoalList {
  public:
@@ -65,6 +67,13 @@ double LashClearance(const FittedFrame& fitted, std::size_t side) {
   return least;
 }
 
+/// Both sides of the nose are touched, and every goal so far (pupils, vertex distances, tilt, face form) is met.
+bool BearsWell(const GlassesFit& fit) {
+  const auto touches = [](const FrameContact& contact) { return contact.distance <= kTouchesNose; };
+  return touches(fit.contacts[0]) && touches(fit.contacts[1]) &&
+         std::all_of(fit.goals.begin(), fit.goals.end(), [](const FitGoal& goal) { return goal.met; });
+}
+
 }  // namespace
 
 void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit) {
@@ -104,11 +113,17 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
          goals.vertex_distance.high);
   angle("pantoscopic_tilt", "Pantoscopic tilt", GoalValue::kPantoscopicTilt, goals.pantoscopic_tilt);
   angle("face_form", "Face-form angle", GoalValue::kFaceForm, goals.face_form);
-  const double dbl = lenses[0].centre.x() - lenses[1].centre.x() - 0.5 * (lenses[0].a + lenses[1].a);
+  const double dbl = DistanceBetweenLenses(MakeRim(fitted.front.design));
   const double beside = dbl - fitted.front.design.bridge_gap();
   const double slack = fitted.front.bearing == NoseBearing::kAdjust ? kPaddedGap : kRigidGap;
-  list.AddLength("dbl", "Distance between lenses", dbl, 0.0, fitted.least_gap + beside - slack,
-                 fitted.largest_gap + beside + slack);
+  double low = fitted.least_gap + beside - slack;
+  double high = fitted.largest_gap + beside + slack;
+  // A gap with which the front does bear where lenses and pupils may be is in the range, however it was estimated.
+  if (BearsWell(fit)) {
+    low = std::min(low, dbl);
+    high = std::max(high, dbl);
+  }
+  list.AddLength("dbl", "Distance between lenses", dbl, 0.0, low, high);
   const std::optional<double> overall = fitted.options->temple_length;
   const double shortest = overall ? *overall - kLongestTip : kShortestTemple;
   const double longest = overall ? *overall - kShortestTip : kLongestTemple;

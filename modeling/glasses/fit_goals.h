@@ -39,6 +39,7 @@ struct SizeLimits {
   double width_share = 0.15;                          ///< Of the rim's width, either way; 0 … 0.5.
   double gap_change = 6.0;                            ///< mm, of the bridge gap, either way; 0 … 15.
   double face_form_change = RadiansFromDegrees(4.0);  ///< rad, either way; never below 0.
+  double outset_change = 6.0;                         ///< mm that temples' corners may move outward, >= 0.
 };
 
 }  // namespace annulus

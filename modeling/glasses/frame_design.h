@@ -60,13 +60,14 @@ struct FrameDetails {
                                          ///< keyhole; a straight bridge has none. -3 … 12.
   double lens_edge = 2.2;  ///< Edge thickness of the lens that a rimless mount's screw goes through. 1 … 12.
 
-  double frame_curve = 0.0;  ///< Dioptres at n = 1.53: the rim follows a sphere of radius 530/curve; 0: flat.
-  double face_form = 0.0;    ///< Angle between a rim's plane and the front's, nasal side forward; 0 … 25°.
-  double end_piece = 0.0;    ///< Length from the rim to the hinge; needs a hinge. 3 … 10 is usual.
-  double tip_length = 40.0;  ///< Of a kSkull or kStraight temple behind the ear point. 30 … 50.
-  double tip_drop = 0.0;     ///< Angle by which the tip bends down; 0: 45° (kSkull), 5° (kStraight).
-  double pad_length = 13.0;  ///< Of a nose pad, 8 … 18.
-  double pad_width = 7.0;    ///< Of a nose pad, 4 … 10.
+  double frame_curve = 0.0;    ///< Dioptres at n = 1.53: the rim follows a sphere of radius 530/curve; 0: flat.
+  double face_form = 0.0;      ///< Angle between a rim's plane and the front's, nasal side forward; 0 … 25°.
+  double end_piece = 0.0;      ///< Length from the rim to the hinge; needs a hinge. 3 … 10 is usual.
+  double temple_outset = 0.0;  ///< How much further out the temples' corners stand than beside the rim, 0 … 8.
+  double tip_length = 40.0;    ///< Of a kSkull or kStraight temple behind the ear point. 30 … 50.
+  double tip_drop = 0.0;       ///< Angle by which the tip bends down; 0: 45° (kSkull), 5° (kStraight).
+  double pad_length = 13.0;    ///< Of a nose pad, 8 … 18.
+  double pad_width = 7.0;      ///< Of a nose pad, 4 … 10.
 
   [[nodiscard]] bool operator==(const FrameDetails&) const = default;
 };

@@ -130,6 +130,8 @@ std::vector<FrameField> MakeFields() {
        "wrap: angle between a rim's plane and the front's, degrees",
        {}},
       Length("end-piece", "end_piece_mm", &D::end_piece, {0, 10}, "length from the rim to the hinge; needs a hinge"),
+      Length("temple-outset", "temple_outset_mm", &D::temple_outset, {0, 8},
+             "how much further out the temples' corners stand than beside the rim, for a wide head"),
       Length("tip-length", "tip_length_mm", &D::tip_length, {25, 55}, "length of a skull or straight temple's tip"),
       {"tip-drop",
        "tip_drop_deg",

@@ -77,6 +77,7 @@ DetailLimits EndPiece(const FrameDesign& d) {
   return {shortest, std::max(20.0, shortest), "it must hold the hinge"};
 }
 
+DetailLimits TempleOutset(const FrameDesign& /*design*/) { return {0.0, 12.0, "corners stand beside the rim"}; }
 DetailLimits TipLength(const FrameDesign& /*design*/) { return {15.0, 80.0, "tips end behind the ear"}; }
 DetailLimits TipDrop(const FrameDesign& /*design*/) { return {0.0, RadiansFromDegrees(80.0), "tips bend down"}; }
 DetailLimits PadLength(const FrameDesign& /*design*/) { return {8.0, 18.0, "pads are that long"}; }
@@ -84,7 +85,7 @@ DetailLimits PadWidth(const FrameDesign& /*design*/) { return {4.0, 10.0, "pads 
 
 using enum DetailUnit;
 
-constexpr std::array<DetailRule, 16> kRules{{
+constexpr std::array<DetailRule, 17> kRules{{
     {"bridge-gap", kMillimetres, nullptr, &FrameDetails::bridge_gap, BridgeGap},
     {"depth", kMillimetres, nullptr, &FrameDetails::depth, Depth},
     {"arm-width", kMillimetres, nullptr, &FrameDetails::arm_width, ArmWidth},
@@ -97,6 +98,7 @@ constexpr std::array<DetailRule, 16> kRules{{
     {"frame-curve", kDioptres, &FrameDetails::frame_curve, nullptr, FrameCurve},
     {"face-form", kDegrees, &FrameDetails::face_form, nullptr, FaceForm},
     {"end-piece", kMillimetres, &FrameDetails::end_piece, nullptr, EndPiece},
+    {"temple-outset", kMillimetres, &FrameDetails::temple_outset, nullptr, TempleOutset},
     {"tip-length", kMillimetres, &FrameDetails::tip_length, nullptr, TipLength},
     {"tip-drop", kDegrees, &FrameDetails::tip_drop, nullptr, TipDrop},
     {"pad-length", kMillimetres, &FrameDetails::pad_length, nullptr, PadLength},

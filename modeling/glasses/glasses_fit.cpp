@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "base/units.h"
 #include "modeling/glasses/fit_report.h"
 
 namespace annulus {
@@ -18,7 +20,8 @@ constexpr double kPoorCost = 12.0;     // above: other starts are tried
 constexpr double kSolverMargin = 0.3;  // mm that the solver keeps more than the goal asks
 constexpr double kEnters = 0.03;       // mm of penetration that the last correction removes
 constexpr int kCorrections = 6;
-constexpr double kLeastGap = 4.0;  // mm
+constexpr double kLeastGap = 4.0;     // mm
+constexpr double kSpareOutset = 1.5;  // mm
 constexpr double kLargestGap = 45.0;
 
 Status CheckOptions(const GlassesFitOptions& options) {
@@ -179,11 +182,7 @@ void FillWorn(FittedFrame& fitted, const SkinReport& skin) {
       (worn.station_from_frame * worn.adjustment.temple_left.ear - worn.face.ear_left.position).norm();
 }
 
-}  // namespace
-
-Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design, const GlassesFitOptions& options) {
-  RETURN_IF_ERROR(Validate(design));
-  RETURN_IF_ERROR(CheckOptions(options));
+Result<GlassesFit> FitOnce(const WearerHead& head, const FrameDesign& design, const GlassesFitOptions& options) {
   const auto problem = PoseProblem::Make(TaskOf(head, design, options));
   RETURN_IF_ERROR(problem);
   const PoseProblem::Summary solved = SolveFromStarts(*problem);
@@ -215,6 +214,48 @@ Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design,
   AddAdvice(fitted, skin, fit);
   fit.clearance = std::move(skin.map);
   return fit;
+}
+
+/// How much further out the corners must be of temples that leave the front too far outward, mm; 0 if none do.
+double MissingOutset(const GlassesFit& fit) {
+  double missing = 0.0;
+  for (const FitGoal& goal : fit.goals) {
+    const bool right = goal.id == "temple_splay_right";
+    if ((!right && goal.id != "temple_splay_left") || goal.value <= goal.high) continue;
+    const double length = right ? fit.worn.l6_right : fit.worn.l6_left;
+    missing = std::max(missing, RadiansFromDegrees(goal.value - goal.high) * length);
+  }
+  return missing;
+}
+
+/// Made to measure: corners move out until temples leave the front within their range. The front gets narrower by some
+/// of what they allow, so that they grow by more than is missing, and again; where that does not help they stay.
+Result<GlassesFit> WithWiderCorners(const WearerHead& head, FrameDesign design, const GlassesFitOptions& options,
+                                    GlassesFit fit) {
+  double left = options.limits.outset_change;
+  for (double missing = MissingOutset(fit); missing > 0.0 && left > 0.0;) {
+    const double more = std::min(missing + kSpareOutset, left);
+    left -= more;
+    design.details.temple_outset += more;
+    if (!Validate(design)) break;
+    auto again = FitOnce(head, design, options);
+    if (!again) break;
+    missing = MissingOutset(*again);
+    if (again->wearable > fit.wearable || (again->wearable == fit.wearable && again->score > fit.score)) {
+      fit = std::move(*again);
+    }
+  }
+  return fit;
+}
+
+}  // namespace
+
+Result<GlassesFit> FitGlasses(const WearerHead& head, const FrameDesign& design, const GlassesFitOptions& options) {
+  RETURN_IF_ERROR(Validate(design));
+  RETURN_IF_ERROR(CheckOptions(options));
+  auto fit = FitOnce(head, design, options);
+  if (!fit || options.size == FitSize::kKept) return fit;
+  return WithWiderCorners(head, design, options, std::move(*fit));
 }
 
 Result<GlassesFit> FitGlasses(const MeasuredSurface& head, const FrameDesign& design,

@@ -33,7 +33,8 @@ std::span<const LensMaterial> LensMaterials() { return Catalogue(); }
 Result<LensMaterial> FindLensMaterial(std::string_view name) {
   std::string known;
   for (const LensMaterial& material : Catalogue()) {
-    if (material.name == name) return material;
+    // "1.6" is "1.60".
+    if (material.name == name || material.name == std::string(name) + "0") return material;
     known += (known.empty() ? "" : ", ") + material.name;
   }
   return Fail(fmt::format("find the lens material '{}'", name), "the catalogue does not have it",

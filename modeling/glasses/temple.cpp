@@ -203,7 +203,7 @@ Vector3d TempleCorner(const FrameDesign& design, const TubeSection& root) {
         design.details.rim == RimForm::kRimless ? kMountRadius + kKnuckleClearance + kKnuckleDiameter : 0.5 * thickest;
     sideways = std::max(sideways, beside + 0.375 * design.depth() + kBesideRim);
   }
-  return root.centre + Vector3d(sideways, 0.0, 0.0);
+  return root.centre + Vector3d(sideways + design.details.temple_outset, 0.0, 0.0);
 }
 
 double EarHeight(const FrameDesign& d) {

@@ -71,11 +71,11 @@ TEST(FrameFields, CoverEveryMemberOfTheDetails) {
   for (auto member :
        {&FrameDetails::groove_depth, &FrameDetails::groove_width, &FrameDetails::lens_edge, &FrameDetails::frame_curve,
         &FrameDetails::face_form, &FrameDetails::end_piece, &FrameDetails::tip_length, &FrameDetails::tip_drop,
-        &FrameDetails::pad_length, &FrameDetails::pad_width}) {
+        &FrameDetails::pad_length, &FrameDetails::pad_width, &FrameDetails::temple_outset}) {
     expected.*member = 1.25;
   }
   // A member that is not listed here keeps the size of the struct from being what it is.
-  static_assert(sizeof(FrameDetails) == 5 * 4 + 4 + 6 * sizeof(std::optional<double>) + 10 * sizeof(double));
+  static_assert(sizeof(FrameDetails) == 5 * 4 + 4 + 6 * sizeof(std::optional<double>) + 11 * sizeof(double));
   EXPECT_EQ(design.details, expected);
 }
 
