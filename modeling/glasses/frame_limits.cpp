@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/units.h"
+#include "modeling/glasses/hinge.h"
 #include "modeling/glasses/rim.h"
 
 namespace annulus {
@@ -66,7 +67,14 @@ DetailLimits FaceForm(const FrameDesign& /*design*/) {
 
 DetailLimits EndPiece(const FrameDesign& d) {
   if (d.details.hinge == HingeForm::kNone) return {0.0, 0.0, "there is no hinge"};
-  return {3.0, 20.0, "it must hold the hinge"};
+  // The middle knuckle turns behind the rim, whose outer edge face form and frame curve bring back.
+  const double half = 0.5 * Thickest(d);
+  const double curve = std::min(1.0, d.details.frame_curve * 0.5 * d.parameters.width / 530.0);
+  const double behind_rim = 0.375 * d.depth() + half * (std::sin(d.details.face_form) + curve);
+  // And behind the end piece itself, which fills its corner the more the thicker it is.
+  const double behind_corner = 0.375 * d.depth() + 0.6 + 0.1 * std::max(0.0, d.depth() - 2.5);
+  const double shortest = std::max(3.0, std::max(behind_rim, behind_corner) + 0.5 * kKnuckleDiameter + 0.15);
+  return {shortest, std::max(20.0, shortest), "it must hold the hinge"};
 }
 
 DetailLimits TipLength(const FrameDesign& /*design*/) { return {15.0, 80.0, "tips end behind the ear"}; }

@@ -25,8 +25,9 @@ struct FrameMass {
 };
 
 /// Volume and first moments of each body: the exact ones of its shells, less what overlaps, which is measured on
-/// columns along y through the places where shells' boxes meet. Volume within 1 %, centre of gravity within 0.2 mm of
-/// the union's. `density` in g/cm³: acetate 1.28, nylon 1.01, titanium 4.5.
+/// columns along y through the places where shells' boxes meet. Volume within 1 % (of a small
+/// body 2 %), centre of gravity within 0.3 mm of the union's. `density` in g/cm³: acetate 1.28, nylon 1.01,
+/// titanium 4.5.
 [[nodiscard]] FrameMass MassOf(const Frame& frame, double density);
 
 }  // namespace annulus

@@ -13,7 +13,6 @@ using Eigen::Vector3d;
 
 // mm.
 constexpr double kInset = 3.0;
-constexpr double kDiscRadius = 2.0;
 constexpr double kDiscThickness = 1.2;
 constexpr double kNutRadius = 1.6;
 constexpr double kNutThickness = 1.0;
@@ -36,10 +35,10 @@ RimlessMount MakeRimlessMount(std::string name, const FrameDesign& design, const
   mount.frame_from_mount.translation() = edge + inset * inward;
   const double half = 0.5 * design.details.lens_edge;
   mount.end = {mount.frame_from_mount * Vector3d(0.0, 0.0, half + 0.5 * kDiscThickness),
-               std::min(0.5 * width, 0.75 * kDiscRadius) * turn.col(2), 0.5 * kDiscThickness * turn.col(1)};
+               std::min(0.5 * width, 0.75 * kMountRadius) * turn.col(2), 0.5 * kDiscThickness * turn.col(1)};
   mount.shell = TurnedShell(std::move(name), mount.frame_from_mount,
-                            {{kDiscRadius, half + kDiscThickness},
-                             {kDiscRadius, half},
+                            {{kMountRadius, half + kDiscThickness},
+                             {kMountRadius, half},
                              {kScrewRadius, half},
                              {kScrewRadius, -half},
                              {kNutRadius, -half},

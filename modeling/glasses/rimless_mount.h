@@ -11,6 +11,9 @@ namespace annulus {
 /// Diameter of the holes in a rimless lens, mm.
 inline constexpr double kLensHoleDiameter = 1.4;
 
+/// Radius of a mount's disc, its largest, mm.
+inline constexpr double kMountRadius = 2.0;
+
 /// What holds a rimless lens on one side: a disc before and a nut behind the lens on a screw through its hole.
 struct RimlessMount {
   Eigen::Isometry3d frame_from_mount;  ///< Origin in the middle of the lens' edge thickness, z the rim's normal.

@@ -10,6 +10,7 @@
 #include "modeling/bezier/tube_chain.h"
 #include "modeling/glasses/hinge.h"
 #include "modeling/glasses/rim.h"
+#include "modeling/glasses/rimless_mount.h"
 
 namespace annulus {
 namespace {
@@ -20,6 +21,8 @@ using Eigen::Vector3d;
 constexpr double kEarBend = kPi / 4.0;
 /// Shortest l6, in units of l7: below, the joint's section would have to turn over to stay smooth.
 constexpr double kShortestArm = 6.0;
+/// Between a hinged temple and the rim's outer edge, mm.
+constexpr double kBesideRim = 0.5;
 /// Bends of the tip where the design gives none.
 constexpr double kSkullDrop = RadiansFromDegrees(45.0);
 constexpr double kStraightDrop = RadiansFromDegrees(5.0);
@@ -191,7 +194,16 @@ Vector3d MirroredX(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
 }  // namespace
 
 Vector3d TempleCorner(const FrameDesign& design, const TubeSection& root) {
-  return root.centre + Vector3d(design.parameters.arm_segment(), 0.0, 0.0);
+  double sideways = design.parameters.arm_segment();
+  if (design.details.hinge != HingeForm::kNone) {
+    // A temple of its own must pass the rim (or lens) whatever its slope.
+    const double thickest = std::max(design.parameters.upper_thickness, design.parameters.lower_thickness);
+    // Beside a rimless mount the hinge must fit too.
+    const double beside =
+        design.details.rim == RimForm::kRimless ? kMountRadius + kKnuckleClearance + kKnuckleDiameter : 0.5 * thickest;
+    sideways = std::max(sideways, beside + 0.375 * design.depth() + kBesideRim);
+  }
+  return root.centre + Vector3d(sideways, 0.0, 0.0);
 }
 
 double EarHeight(const FrameDesign& d) {

@@ -39,7 +39,8 @@ struct FrameArm {
   [[nodiscard]] const BezierTube& attachment() const { return end_piece.empty() ? temple.back() : end_piece.back(); }
 };
 
-/// The corner (row 2 of F) where a right temple turns back, that begins in section `root`.
+/// The corner (row 2 of F) where a right temple turns back, that begins in section `root`: l4 sideways of it; with a
+/// hinge farther if that does not bring the temple past the rim.
 [[nodiscard]] Eigen::Vector3d TempleCorner(const FrameDesign& design, const TubeSection& root);
 
 /// Height of a temple's section at the ear, mm.

@@ -104,7 +104,7 @@ TEST(FrameMass, IsThatOfTheUnionOfItsShells) {
     double volume = 0.0;
     for (std::size_t k = 0; k < mass.bodies.size(); ++k) {
       const UnionVolume expected = MeasureUnion(FrameBodies(*frame)[k], 0.08);
-      EXPECT_NEAR(mass.bodies[k].volume / expected.volume, 1.0, 0.01) << mass.bodies[k].name;
+      EXPECT_NEAR(mass.bodies[k].volume / expected.volume, 1.0, 0.02) << mass.bodies[k].name;
       EXPECT_LT((mass.bodies[k].centre_of_gravity - expected.first / expected.volume).norm(), 0.3)
           << mass.bodies[k].name;
       volume += expected.volume;
