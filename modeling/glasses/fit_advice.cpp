@@ -126,7 +126,9 @@ void AddAdvice(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fi
     remarks.push_back(
         {is_temple ? 50.0 : 100.0,
          fmt::format("{} does not touch the {}: {:.1f} mm are left; {}", contact.part, is_temple ? "head" : "nose",
-                     contact.distance, is_temple ? "bend the temple in" : "choose another bridge or adjustable pads")});
+                     contact.distance,
+                     is_temple ? "bend the temple in"
+                               : "bridge or rims meet it first: choose another bridge or adjustable pads")});
   }
   for (FitGoal& goal : fit.goals) {
     if (goal.met) continue;

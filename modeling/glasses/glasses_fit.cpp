@@ -16,9 +16,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr const char* kAttempt = "fit the glasses";
-constexpr double kPoorCost = 12.0;     // above: other starts are tried
-constexpr double kSolverMargin = 0.3;  // mm that the solver keeps more than the goal asks
-constexpr double kEnters = 0.03;       // mm of penetration that the last correction removes
+constexpr double kPoorCost = 12.0;         // above: other starts are tried
+constexpr double kPoorCostRanking = 40.0;  // the same where a frame that hardly fits is only one of many
+constexpr double kSolverMargin = 0.3;      // mm that the solver keeps more than the goal asks
+constexpr double kEnters = 0.03;           // mm of penetration that the last correction removes
 constexpr int kCorrections = 6;
 constexpr double kLeastGap = 4.0;     // mm
 constexpr double kSpareOutset = 1.5;  // mm
@@ -118,10 +119,10 @@ double BearingGap(const PoseProblem& problem, double pupil_above, double vertex_
 }
 
 /// The best of the pose from the usual start and, if that is poor, of some beside it.
-PoseProblem::Summary SolveFromStarts(const PoseProblem& problem) {
+PoseProblem::Summary SolveFromStarts(const PoseProblem& problem, FitDetail detail) {
   const FrontState usual = problem.Start();
   PoseProblem::Summary best = problem.Solve(usual);
-  if (best.cost <= kPoorCost) return best;
+  if (best.cost <= (detail == FitDetail::kFull ? kPoorCost : kPoorCostRanking)) return best;
   for (const double up : {-6.0, 6.0}) {
     FrontState start = usual;
     start.pose.shift += Vector3d(0.0, 6.0, up);
@@ -185,7 +186,7 @@ void FillWorn(FittedFrame& fitted, const SkinReport& skin) {
 Result<GlassesFit> FitOnce(const WearerHead& head, const FrameDesign& design, const GlassesFitOptions& options) {
   const auto problem = PoseProblem::Make(TaskOf(head, design, options));
   RETURN_IF_ERROR(problem);
-  const PoseProblem::Summary solved = SolveFromStarts(*problem);
+  const PoseProblem::Summary solved = SolveFromStarts(*problem, options.detail);
   const auto front = problem->Front(solved.state);
   RETURN_IF_ERROR(front);
   const auto seated = SeatFront(head, *front, solved.state.pose);
