@@ -93,6 +93,13 @@ Status RunExport(ExportOptions options, CommandIo& io) {
     const auto order = PrescriptionFromJson(*text, options.prescription);
     if (!order) return Fail(order);
     options.glasses.prescription = *order;
+  } else if (source->worn) {
+    auto kept = KeptOrderOf(*source->worn, options.source);
+    if (!kept) return Fail(kept);
+    if (*kept) {
+      options.glasses.prescription = (*kept)->order;
+      options.glasses.lenses = (*kept)->choice;
+    }
   }
   if (options.fused) options.glasses.skin = GlassesExportOptions::Skin::kFused;
   if (options.force) options.glasses.thin_walls = GlassesExportOptions::ThinWalls::kWarn;
@@ -133,10 +140,11 @@ void AddGlassesExport(CLI::App& parent, CommandWork& chosen) {
       ->required()
       ->type_name("F.{stl,step,dcs,json,pdf}");
   command->add_option("--order-sheet", options->order_sheet, "order sheet to write besides")->type_name("F.pdf");
-  command->add_option("--rx", options->prescription, "prescription of the lenses")->type_name("RX.json");
-  command->add_option("--lens-material", options->glasses.lens_material, "what the lenses are made of")
-      ->type_name("NAME")
-      ->capture_default_str();
+  command
+      ->add_option("--rx", options->prescription,
+                   "prescription of the lenses; without it that of the fit, with its lenses")
+      ->type_name("RX.json");
+  AddLensOptions(*command, options->glasses.lenses);
   command
       ->add_option("--confirmed-by", options->glasses.confirmed_by,
                    "who confirmed PDs and heights; without it no .dcs is written")

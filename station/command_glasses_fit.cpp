@@ -27,7 +27,7 @@ struct FitCommandOptions {
   std::string model;
   std::string frame;
   std::string prescription;
-  std::string lens_material = "cr39";
+  LensChoice lenses;
   bool size_free = false;
   bool keep_size = false;
   std::vector<std::string> set;
@@ -112,15 +112,17 @@ WornFile WornFileOf(const GlassesFit& fit, const FrameFile& frame) {
 }
 
 /// The lenses of the prescription for this fit.
-Result<std::optional<LensPair>> LensesFor(const GlassesFit& fit, const FrameFile& frame, const Prescription& order,
-                                          const std::string& material) {
+Result<LensPair> LensesFor(const GlassesFit& fit, const FrameFile& frame, const Prescription& order,
+                           const LensChoice& choice) {
   const auto built = BuildWornFrame(fit.worn);
   if (!built) return Fail(built);
   const GlassesSource source{{fit.worn.design, frame.material, fit.worn.adjustment}, WornFileOf(fit, frame), *built};
   GlassesExportOptions options;
   options.prescription = order;
-  options.lens_material = material;
-  return LensesOf(source, options);
+  options.lenses = choice;
+  auto pair = LensesOf(source, options);
+  if (!pair) return Fail(pair);
+  return std::move(**pair);
 }
 
 /// How the lenses change the fit: their weight, and where their backs are behind the rim's plane.
@@ -140,25 +142,67 @@ Status RunPaperPlacement(const FitCommandOptions& options, const SurfaceModel& m
   return options.json.empty() ? io.Print(PlacementText(*worn)) : io.WriteJson(options.json, PlacementReport(*worn));
 }
 
-Result<GlassesFit> FitOnHead(const FitCommandOptions& options, const SurfaceModel& model, const FrameFile& frame,
-                             CommandIo& io) {
-  const auto surface = MeasuredSurface::FromModel(model);
-  if (!surface) return Fail(surface);
-  auto fit_options = FitOptionsOf(options, frame, surface->surface());
-  if (!fit_options) return Fail(fit_options);
-  const auto head = WearerHead::Look(*surface, fit_options->face);
-  if (!head) return Fail(head);
-  auto fit = FitGlasses(*head, frame.design, *fit_options);
-  if (!fit || options.prescription.empty()) return fit;
+/// A fit, and the lenses that were ordered for it.
+struct FitWithLenses {
+  GlassesFit fit;
+  std::optional<Prescription> order;
+  std::optional<LensPair> lenses;
+};
+
+/// The lenses follow the fit and the fit the lenses; the second round moves them by less than a tenth of a millimetre.
+Status AddLenses(const FitCommandOptions& options, const WearerHead& head, const FrameFile& frame,
+                 GlassesFitOptions fit_options, CommandIo& io, FitWithLenses& found) {
   const auto text = ReadTextFile(io.storage(), options.prescription);
   if (!text) return Fail(text);
   const auto order = PrescriptionFromJson(*text, options.prescription);
   if (!order) return Fail(order);
-  // The lenses follow the fit and the fit the lenses; the second round moves them by less than a tenth of a millimetre.
-  const auto pair = LensesFor(*fit, frame, *order, options.lens_material);
-  if (!pair) return Fail(pair);
-  if (*pair) TakeLenses(**pair, *fit_options);
-  return FitGlasses(*head, frame.design, *fit_options);
+  const auto first = LensesFor(found.fit, frame, *order, options.lenses);
+  if (!first) return Fail(first);
+  TakeLenses(*first, fit_options);
+  auto again = FitGlasses(head, frame.design, fit_options);
+  if (!again) return Fail(again);
+  found.fit = std::move(*again);
+  auto lenses = LensesFor(found.fit, frame, *order, options.lenses);
+  if (!lenses) return Fail(lenses);
+  found.order = *order;
+  found.lenses = std::move(*lenses);
+  return {};
+}
+
+Result<FitWithLenses> FitOnHead(const FitCommandOptions& options, const SurfaceModel& model, const FrameFile& frame,
+                                CommandIo& io) {
+  const auto surface = MeasuredSurface::FromModel(model);
+  if (!surface) return Fail(surface);
+  const auto fit_options = FitOptionsOf(options, frame, surface->surface());
+  if (!fit_options) return Fail(fit_options);
+  const auto head = WearerHead::Look(*surface, fit_options->face);
+  if (!head) return Fail(head);
+  auto fit = FitGlasses(*head, frame.design, *fit_options);
+  if (!fit) return Fail(fit);
+  FitWithLenses found{std::move(*fit), {}, {}};
+  if (!options.prescription.empty()) {
+    const Status added = AddLenses(options, *head, frame, *fit_options, io, found);
+    if (!added) return Fail(added);
+  }
+  return found;
+}
+
+/// The lenses in two lines each and what is to be said about them.
+std::string LensText(const LensPair& pair) {
+  std::string text;
+  for (const LensDesign* lens : {&pair.right, &pair.left}) {
+    const SpheroCylinder& power = lens->power.to_surface.power;
+    text += fmt::format(
+        "lens {}: make {:+.2f} {:+.2f} x {:.0f} on a base of {:.2f} D, {:.1f} to {:.1f} mm thick, {:.1f} g, blank "
+        "{:.0f} mm; "
+        "as worn {:.2f} D off the prescription ({:.2f} D if it were made as prescribed)\n",
+        lens->eye == Eye::kRight ? "right" : "left ", power.sphere, power.cylinder, DegreesFromRadians(power.axis),
+        lens->base, lens->thinnest, lens->thickest, lens->body.weight,
+        lens->blank.stocked.value_or(lens->blank.minimum), lens->power.as_worn_error, lens->power.uncompensated_error);
+    for (const LensMessage& message : lens->messages) text += "- " + message.text + "\n";
+  }
+  for (const LensMessage& message : pair.messages) text += "- " + message.text + "\n";
+  return text + "PD and heights: " + pair.centration + "\n";
 }
 
 Status RunFitGlasses(const FitCommandOptions& options, CommandIo& io) {
@@ -174,11 +218,19 @@ Status RunFitGlasses(const FitCommandOptions& options, CommandIo& io) {
     const Status placed = RunPaperPlacement(options, *model, *frame, io);
     return placed ? placed : located(placed.error());
   }
-  const auto fit = FitOnHead(options, *model, *frame, io);
-  if (!fit) return located(fit.error());
-  RETURN_IF_ERROR(io.WriteText(options.out, WornFileToJson(WornFileOf(*fit, *frame))));
-  if (!options.clearance.empty()) RETURN_IF_ERROR(io.WriteText(options.clearance, ClearanceCsv(*fit)));
-  return options.json.empty() ? io.Print(FitText(*fit)) : io.WriteJson(options.json, FitReport(*fit));
+  const auto found = FitOnHead(options, *model, *frame, io);
+  if (!found) return located(found.error());
+  WornFile file = WornFileOf(found->fit, *frame);
+  nlohmann::ordered_json report = FitReport(found->fit);
+  std::string text = FitText(found->fit);
+  if (found->lenses) {
+    KeepOrder(*found->order, options.lenses, file);
+    report["lenses"] = nlohmann::ordered_json::parse(LensPairToJson(*found->lenses));
+    text += LensText(*found->lenses);
+  }
+  RETURN_IF_ERROR(io.WriteText(options.out, WornFileToJson(file)));
+  if (!options.clearance.empty()) RETURN_IF_ERROR(io.WriteText(options.clearance, ClearanceCsv(found->fit)));
+  return options.json.empty() ? io.Print(text) : io.WriteJson(options.json, report);
 }
 
 }  // namespace
@@ -192,9 +244,7 @@ void AddGlassesFit(CLI::App& parent, CommandWork& chosen) {
   command->add_option("--frame", options->frame, "frame to put on")->required()->type_name("FRAME.json");
   command->add_option("--rx", options->prescription, "prescription: weight and back of its lenses count")
       ->type_name("RX.json");
-  command->add_option("--lens-material", options->lens_material, "what the lenses are made of")
-      ->type_name("NAME")
-      ->capture_default_str();
+  AddLensOptions(*command, options->lenses);
   CLI::Option* free = command->add_flag("--size-free", options->size_free,
                                         "made to measure: width, bridge gap and face form are found");
   command->add_flag("--keep-size", options->keep_size, "the frame as it is (the default)")->excludes(free);

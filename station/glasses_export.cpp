@@ -151,12 +151,12 @@ std::optional<Prescription> CentredPrescription(const GlassesSource& source, con
 Result<std::optional<LensPair>> LensesOf(const GlassesSource& source, const GlassesExportOptions& options) {
   const auto order = CentredPrescription(source, options);
   if (!order) return std::optional<LensPair>();
-  const auto material = FindLensMaterial(options.lens_material);
+  const auto material = MaterialOf(options.lenses);
   if (!material) return Fail(material);
   const FrameForLenses frame{{LensOutlineOf(source.frame, Eye::kRight), PositionOf(source, Eye::kRight)},
                              {LensOutlineOf(source.frame, Eye::kLeft), PositionOf(source, Eye::kLeft)},
                              BoxingOf(source.frame).dbl};
-  auto pair = DesignLensPair(*order, *material, frame, {});
+  auto pair = DesignLensPair(*order, *material, frame, LensOptionsOf(options.lenses));
   if (!pair) return Fail(pair);
   return std::optional<LensPair>(std::move(*pair));
 }
@@ -191,7 +191,7 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
     AddOrder(order->left, job.left);
     if (job.right.prism) job.right.base_deg = BaseDegrees(order->right.prism, Eye::kRight);
     if (job.left.prism) job.left.base_deg = BaseDegrees(order->left.prism, Eye::kLeft);
-    job.lens_name = options.lens_material;
+    job.lens_name = options.lenses.material;
   }
   if (!job.right.ipd || !job.left.ipd) {
     file.notes.push_back("no PD is known: the file has the outlines only");

@@ -8,6 +8,7 @@
 #include "modeling/glasses/lens_design.h"
 #include "modeling/glasses/prescription.h"
 #include "station/glasses_source.h"
+#include "station/lens_choice.h"
 
 namespace annulus {
 
@@ -22,7 +23,7 @@ struct GlassesExportOptions {
   std::string reference;             ///< Of the customer or the order; shown as it is.
   std::string confirmed_by;          ///< Who confirmed PDs and heights; "": nobody did.
   std::optional<Prescription> prescription;
-  std::string lens_material = "cr39";
+  LensChoice lenses;
 };
 
 /// A solid of a STEP file.
