@@ -73,7 +73,7 @@ DetailLimits EndPiece(const FrameDesign& d) {
   const double behind_rim = 0.375 * d.depth() + half * (std::sin(d.details.face_form) + curve);
   // And behind the end piece itself, which fills its corner the more the thicker it is.
   const double behind_corner = 0.375 * d.depth() + 0.6 + 0.1 * std::max(0.0, d.depth() - 2.5);
-  const double shortest = std::max(3.0, std::max(behind_rim, behind_corner) + 0.5 * kKnuckleDiameter + 0.15);
+  const double shortest = std::max(3.0, std::max(behind_rim, behind_corner) + 0.5 * kKnuckleDiameter + 0.6);
   return {shortest, std::max(20.0, shortest), "it must hold the hinge"};
 }
 

@@ -110,7 +110,8 @@ TEST(AdjustDesign, GivesAHingeAnEndPieceAndATempleThatHoldIt) {
   const Result<AdjustedDesign> adjusted = AdjustDesign(design);
   ASSERT_TRUE(adjusted);
   EXPECT_EQ(adjusted->design.details.arm_width, 2.5);
-  EXPECT_EQ(adjusted->design.details.end_piece, 3.0);
+  // Half the depth of the solid, .6 and .6 of room, half a knuckle of 2.6: 0.375 · 2.5 + 1.2 + 1.3.
+  EXPECT_NEAR(adjusted->design.details.end_piece, 3.4375, 1e-12);
 }
 
 TEST(AdjustDesign, TakesTheWildestFiniteNumbers) {

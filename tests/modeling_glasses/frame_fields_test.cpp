@@ -35,8 +35,8 @@ TEST(FrameFields, NameEveryFieldOnceWithItsUnit) {
     EXPECT_EQ(field.key.ends_with("_dpt"), field.unit == FieldUnit::kDioptres) << field.key;
     EXPECT_EQ(field.low < field.high, field.unit != FieldUnit::kWord) << field.key;
   }
-  // 9 lengths of the paper; 5 forms and 16 numbers of FrameDetails.
-  EXPECT_EQ(options.size(), 30U);
+  // 9 lengths of the paper; 5 forms and 17 numbers of FrameDetails.
+  EXPECT_EQ(options.size(), 31U);
 }
 
 TEST(FrameFields, AreAllInTheDescriptionOfTheFormat) {

@@ -130,7 +130,7 @@ TEST(FrameTemple, TipDropsWidensAndTurnsIn) {
 
 TEST(FrameHinge, FrontAndOpenTemplesDoNotOverlap) {
   for (const TempleForm form : {TempleForm::kPaper, TempleForm::kSkull, TempleForm::kStraight}) {
-    for (const double end_piece : {3.0, 6.0, 12.0}) {
+    for (const double end_piece : {3.5, 6.0, 12.0}) {
       FrameDesign design = Hinged(form);
       design.details.end_piece = end_piece;
       const Frame frame = Build(design, Worn(design));
