@@ -11,11 +11,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTouch = 0.02;        // mm: what counts as touching, kept so that rounding never enters
+constexpr double kTouch = 0.08;        // mm: a light touch, kept so that what the scan left open never enters
 constexpr double kBeforeEar = 25.0;    // mm before the ear point that belong to the rest on the ear
 constexpr double kFarthestOut = 15.0;  // mm that the ear point is moved outward at most
 constexpr double kTurnStep = RadiansFromDegrees(0.5);
-constexpr double kTipTouch = 0.1;  // mm that a tip keeps from the head
+constexpr double kTipTouch = 0.2;  // mm that a tip keeps from the head
 constexpr double kLeastTurn = RadiansFromDegrees(-20.0);
 constexpr double kLargestTurn = RadiansFromDegrees(25.0);
 constexpr double kTipLever = 20.0;  // mm from the bend to where a tip touches
