@@ -59,6 +59,25 @@ void AddEarFeatures(std::vector<TubeBump>& bumps, const std::vector<EarFeature>&
   }
 }
 
+std::vector<EarFeature> EarFeatures() {
+  return {{0, 1566, 17.0, 9.0, 21.0, 2},  // shell
+          {-6, 1542, 3.0, 7.0, 8.0}};     // lobe
+}
+
+// How far the right ear stands out of the head beneath it in its own column, mm.
+double EarRelief(double z, double scale) {
+  std::vector<TubeBump> bumps;
+  AddEarFeatures(bumps, EarFeatures(), scale);
+  double relief = 0.0;
+  for (std::size_t k = 0; k < bumps.size(); k += 2) {  // right ones; the left ones are between them
+    const TubeBump& b = bumps[k];
+    const double height = (z - b.z) * (z - b.z) / (2.0 * b.sigma_z * b.sigma_z);
+    const double across = (1.0 - std::cos(-kEarAngle - b.theta)) / (b.sigma_theta * b.sigma_theta);
+    relief += b.amplitude * std::exp(-std::pow(height + across, b.power));
+  }
+  return relief;
+}
+
 }  // namespace
 
 std::vector<TubeRow> HeadRows(double scale) {
@@ -92,10 +111,7 @@ std::vector<TubeBump> FaceBumps(double scale) {
                {0, 1513, 5.0, 17.0, 7.0},                    // mouth
                {0, 1488, 6.0, 15.0, 9.0}},                   // chin
               scale);
-  AddEarFeatures(bumps,
-                 {{0, 1566, 17.0, 9.0, 21.0, 2},  // shell
-                  {-6, 1542, 3.0, 7.0, 8.0}},     // lobe
-                 scale);
+  AddEarFeatures(bumps, EarFeatures(), scale);
   return bumps;
 }
 
@@ -156,15 +172,11 @@ FaceTruth FindFace(const StarTube& tube, double scale) {
   };
   const double eye = FindMaximum([&](double angle) { return -eye_miss(angle); }, 0.2, 0.5);
 
-  // The ear's upper edge: where the ear has sunk to a fifth of its height above the head around it.
-  const double protrusion_z = 1566.0 * scale;
-  const auto protrusion = [&](double z) {
-    const double beside = 0.5 * (tube.Radius(-kEarAngle + 0.45, z) + tube.Radius(-kEarAngle - 0.45, z));
-    return tube.Radius(-kEarAngle, z) - beside;
-  };
-  const double fifth = 0.2 * protrusion(protrusion_z);
+  // The ear's upper edge: where its relief over the head beneath has sunk to a fifth.
+  const double middle_z = 1566.0 * scale;
+  const double fifth = 0.2 * EarRelief(middle_z, scale);
   const double ear =
-      FindMaximum([&](double z) { return -std::abs(protrusion(z) - fifth); }, protrusion_z, 1615.0 * scale);
+      FindMaximum([&](double z) { return -std::abs(EarRelief(z, scale) - fifth); }, middle_z, 1615.0 * scale);
 
   return {tube.Point(kFront - eye, eye_z),  tube.Point(kFront + eye, eye_z), tube.Point(-kEarAngle, ear),
           tube.Point(kPi + kEarAngle, ear), tube.Point(kFront, glabella),    tube.Point(kFront, sellion),

@@ -73,7 +73,7 @@ double SampledUnion(const std::vector<PatchShell>& shells) {
   std::vector<Bvh> solids;
   double sum = 0.0;
   for (const PatchShell& shell : shells) {
-    const TriangleMesh mesh = Tessellate(shell, {.along = 24, .around = 20, .straight = 2});
+    const TriangleMesh mesh = Tessellate(shell, {.along = 48, .around = 40, .straight = 4});
     boxes.emplace_back();
     for (const Vector3d& v : mesh.vertices) boxes.back().extend(v);
     solids.emplace_back(mesh);

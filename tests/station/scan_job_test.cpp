@@ -255,7 +255,7 @@ TEST(SimSubject, DressAndMotionChangeWhatABeamMeets) {
   const auto hairy = MakeSimSubject(dressed, storage);
   const auto swaying = MakeSimSubject(moving, storage);
   ASSERT_TRUE(bare && hairy && swaying);
-  const Ray to_back_of_head{{0.0, -600.0, 1640.0}, {0.0, 1.0, 0.0}};
+  const Ray to_back_of_head{{0.0, -600.0, (*bare)->top_mm() - 60.0}, {0.0, 1.0, 0.0}};
   const auto skin = (*bare)->Cast(to_back_of_head, 5.0, 1200.0);
   const auto hair = (*hairy)->Cast(to_back_of_head, 5.0, 1200.0);
   const auto swayed = (*swaying)->Cast(to_back_of_head, 5.0, 1200.0);
