@@ -98,7 +98,7 @@ Status RunExport(ExportOptions options, CommandIo& io) {
     if (!kept) return Fail(kept);
     if (*kept) {
       options.glasses.prescription = (*kept)->order;
-      options.glasses.lenses = (*kept)->choice;
+      options.glasses.lenses = Completed(options.glasses.lenses, (*kept)->choice);
     }
   }
   if (options.fused) options.glasses.skin = GlassesExportOptions::Skin::kFused;

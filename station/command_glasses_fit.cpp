@@ -33,6 +33,7 @@ struct FitCommandOptions {
   std::vector<std::string> set;
   std::string pd;
   std::string heights;
+  std::optional<double> head_tilt;  ///< Degrees.
   PlacementMethod placement = PlacementMethod::kFit;
   std::string out;
   std::string json;
@@ -100,8 +101,26 @@ Result<GlassesFitOptions> FitOptionsOf(const FitCommandOptions& options, const F
   }
   RETURN_IF_ERROR(ParsePair(options.pd, "pupillary distances", fit.face.pd_right, fit.face.pd_left));
   RETURN_IF_ERROR(ParsePair(options.heights, "pupil heights", fit.pupil_height[0], fit.pupil_height[1]));
+  if (options.head_tilt) fit.face.head_tilt = RadiansFromDegrees(*options.head_tilt);
   if (frame.material == DesignMaterial::kMetal) fit.frame_density = 4.5;
   return fit;
+}
+
+/// What the order says of the pupils counts more than the scan, and what was typed more than the order.
+void TakePupils(const Prescription& order, GlassesFitOptions& fit) {
+  if (!fit.face.pd_right) fit.face.pd_right = order.right.pd;
+  if (!fit.face.pd_left) fit.face.pd_left = order.left.pd;
+  if (!fit.pupil_height[0]) fit.pupil_height[0] = order.right.height;
+  if (!fit.pupil_height[1]) fit.pupil_height[1] = order.left.height;
+}
+
+Result<std::optional<Prescription>> ReadOrder(const std::string& path, CommandIo& io) {
+  if (path.empty()) return std::optional<Prescription>();
+  const auto text = ReadTextFile(io.storage(), path);
+  if (!text) return Fail(text);
+  auto order = PrescriptionFromJson(*text, path);
+  if (!order) return Fail(order);
+  return std::optional<Prescription>(std::move(*order));
 }
 
 /// The worn file of a fit, with what was found in "fit".
@@ -150,21 +169,16 @@ struct FitWithLenses {
 };
 
 /// The lenses follow the fit and the fit the lenses; the second round moves them by less than a tenth of a millimetre.
-Status AddLenses(const FitCommandOptions& options, const WearerHead& head, const FrameFile& frame,
-                 GlassesFitOptions fit_options, CommandIo& io, FitWithLenses& found) {
-  const auto text = ReadTextFile(io.storage(), options.prescription);
-  if (!text) return Fail(text);
-  const auto order = PrescriptionFromJson(*text, options.prescription);
-  if (!order) return Fail(order);
-  const auto first = LensesFor(found.fit, frame, *order, options.lenses);
+Status AddLenses(const LensChoice& choice, const WearerHead& head, const FrameFile& frame,
+                 GlassesFitOptions fit_options, FitWithLenses& found) {
+  const auto first = LensesFor(found.fit, frame, *found.order, choice);
   if (!first) return Fail(first);
   TakeLenses(*first, fit_options);
   auto again = FitGlasses(head, frame.design, fit_options);
   if (!again) return Fail(again);
   found.fit = std::move(*again);
-  auto lenses = LensesFor(found.fit, frame, *order, options.lenses);
+  auto lenses = LensesFor(found.fit, frame, *found.order, choice);
   if (!lenses) return Fail(lenses);
-  found.order = *order;
   found.lenses = std::move(*lenses);
   return {};
 }
@@ -173,15 +187,18 @@ Result<FitWithLenses> FitOnHead(const FitCommandOptions& options, const SurfaceM
                                 CommandIo& io) {
   const auto surface = MeasuredSurface::FromModel(model);
   if (!surface) return Fail(surface);
-  const auto fit_options = FitOptionsOf(options, frame, surface->surface());
+  auto fit_options = FitOptionsOf(options, frame, surface->surface());
   if (!fit_options) return Fail(fit_options);
+  auto order = ReadOrder(options.prescription, io);
+  if (!order) return Fail(order);
+  if (*order) TakePupils(**order, *fit_options);
   const auto head = WearerHead::Look(*surface, fit_options->face);
   if (!head) return Fail(head);
   auto fit = FitGlasses(*head, frame.design, *fit_options);
   if (!fit) return Fail(fit);
-  FitWithLenses found{std::move(*fit), {}, {}};
-  if (!options.prescription.empty()) {
-    const Status added = AddLenses(options, *head, frame, *fit_options, io, found);
+  FitWithLenses found{std::move(*fit), std::move(*order), {}};
+  if (found.order) {
+    const Status added = AddLenses(options.lenses, *head, frame, *fit_options, found);
     if (!added) return Fail(added);
   }
   return found;
@@ -251,6 +268,11 @@ void AddGlassesFit(CLI::App& parent, CommandWork& chosen) {
   command->add_option("--set", options->set, "a face point instead of the one found; may be repeated")
       ->type_name("NAME=X,Y,Z|THETA,Z");
   command->add_option("--pd", options->pd, "monocular pupillary distances, mm")->type_name("\"R;L\"");
+  command
+      ->add_option("--head-tilt", options->head_tilt,
+                   "how far the head looked up, if it is known better than the scan tells")
+      ->type_name("DEGREES")
+      ->check(CLI::Range(-25.0, 25.0).description(""));
   command->add_option("--heights", options->heights, "pupils over the boxes' lower edges that are wanted, mm")
       ->type_name("\"R;L\"");
   command

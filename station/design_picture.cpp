@@ -10,7 +10,7 @@
 namespace annulus {
 namespace {
 
-constexpr TubeTessellation kDetail{.along = 24, .around = 12};
+constexpr ShellTessellation kDetail{.along = 24, .around = 12};
 constexpr std::size_t kLensSteps = 24;
 constexpr double kMargin = 0.05;
 const View kFront{0.5 * kPi, 0.0};

@@ -191,7 +191,9 @@ Result<ExportedFile> GlassesDcs(const GlassesSource& source, const GlassesExport
     AddOrder(order->left, job.left);
     if (job.right.prism) job.right.base_deg = BaseDegrees(order->right.prism, Eye::kRight);
     if (job.left.prism) job.left.base_deg = BaseDegrees(order->left.prism, Eye::kLeft);
-    job.lens_name = options.lenses.material;
+    const auto material = MaterialOf(options.lenses);
+    if (!material) return Fail(material);
+    job.lens_name = material->name;
   }
   if (!job.right.ipd || !job.left.ipd) {
     file.notes.push_back("no PD is known: the file has the outlines only");

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::string_view kOrderSection = "prescription";
 constexpr std::string_view kChoiceSection = "lens_choice";
+constexpr const char* kUsualMaterial = "cr39";
 
 /// "1.56,37,1.28" as three numbers; empty if it is not that.
 std::vector<double> ThreeNumbers(std::string_view text) {
@@ -38,24 +39,43 @@ nlohmann::ordered_json ToJson(const LensChoice& choice) {
   return json;
 }
 
-LensChoice ChoiceFrom(std::string_view text) {
-  LensChoice choice;
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object()) return choice;
-  const auto number = [&json](const char* key) -> std::optional<double> {
-    const auto found = json.find(key);
-    if (found == json.end() || !found->is_number()) return std::nullopt;
-    return found->get<double>();
+/// Ranges of the command line and of files.
+struct Range {
+  double low;
+  double high;
+};
+constexpr Range kBase{0.0, 16.0};      // D
+constexpr Range kThinnest{0.3, 20.0};  // mm
+
+Result<LensChoice> ChoiceFrom(std::string_view text, const std::string& path) {
+  const auto refuse = [&path](std::string seen) {
+    return Fail("read the lens choice of " + path, std::move(seen), "fit the glasses again with --rx");
   };
-  if (const auto found = json.find("material"); found != json.end() && found->is_string()) {
-    choice.material = found->get<std::string>();
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) return refuse("it is no object");
+  LensChoice choice;
+  for (const auto& [key, value] : json.items()) {
+    const auto take = [&value = value](std::optional<double>& number, const Range& range) {
+      if (!value.is_number()) return false;
+      number = value.get<double>();
+      return *number >= range.low && *number <= range.high;
+    };
+    bool good = false;
+    if (key == "material" && value.is_string()) {
+      choice.material = value.get<std::string>();
+      good = true;
+    } else if (key == "as_prescribed" && value.is_boolean()) {
+      choice.as_prescribed = value.get<bool>();
+      good = true;
+    } else if (key == "base_curve_d") {
+      good = take(choice.base_curve, kBase);
+    } else if (key == "least_centre_mm") {
+      good = take(choice.least_centre, kThinnest);
+    } else if (key == "least_edge_mm") {
+      good = take(choice.least_edge, kThinnest);
+    }
+    if (!good) return refuse(fmt::format("'{}' is not known, of a wrong kind or out of its range", key));
   }
-  if (const auto found = json.find("as_prescribed"); found != json.end() && found->is_boolean()) {
-    choice.as_prescribed = found->get<bool>();
-  }
-  choice.base_curve = number("base_curve_d");
-  choice.least_centre = number("least_centre_mm");
-  choice.least_edge = number("least_edge_mm");
   return choice;
 }
 
@@ -63,28 +83,27 @@ LensChoice ChoiceFrom(std::string_view text) {
 
 void AddLensOptions(CLI::App& command, LensChoice& choice) {
   command
-      .add_option(
-          "--lens-material", choice.material,
-          "what the lenses are made of: cr39, crown-glass, trivex, polycarbonate, 1.60, 1.67, 1.74, or its index, "
-          "Abbe number and density")
-      ->type_name("NAME|INDEX,ABBE,DENSITY")
-      ->capture_default_str();
+      .add_option("--lens-material", choice.material,
+                  "what the lenses are made of: cr39 (the default), crown-glass, trivex, polycarbonate, 1.60, 1.67, "
+                  "1.74, or its index, "
+                  "Abbe number and density")
+      ->type_name("NAME|INDEX,ABBE,DENSITY");
   command.add_option("--base-curve", choice.base_curve, "front curve of both lenses; without it by Vogel's rule")
       ->type_name("D")
-      ->check(CLI::Range(0.0, 16.0).description(""));
+      ->check(CLI::Range(kBase.low, kBase.high).description(""));
   command.add_option("--min-centre", choice.least_centre, "least thickness at the centre")
       ->type_name("MM")
-      ->check(CLI::Range(0.3, 20.0).description(""));
+      ->check(CLI::Range(kThinnest.low, kThinnest.high).description(""));
   command.add_option("--min-edge", choice.least_edge, "least thickness of the edge")
       ->type_name("MM")
-      ->check(CLI::Range(0.3, 20.0).description(""));
+      ->check(CLI::Range(kThinnest.low, kThinnest.high).description(""));
   command.add_flag("--as-prescribed", choice.as_prescribed,
                    "lenses made to the prescription itself, not so that they give it as worn");
 }
 
 Result<LensMaterial> MaterialOf(const LensChoice& choice) {
   const std::vector<double> numbers = ThreeNumbers(choice.material);
-  if (numbers.empty()) return FindLensMaterial(choice.material);
+  if (numbers.empty()) return FindLensMaterial(choice.material.empty() ? kUsualMaterial : choice.material);
   const LensMaterial material{choice.material, numbers[0], SpectralLine::kE, numbers[1], numbers[2]};
   const Status valid = Validate(material);
   if (!valid) return Fail(valid);
@@ -103,6 +122,16 @@ LensOptions LensOptionsOf(const LensChoice& choice) {
   return options;
 }
 
+LensChoice Completed(const LensChoice& given, const LensChoice& kept) {
+  LensChoice both = given;
+  if (both.material.empty()) both.material = kept.material;
+  if (!both.base_curve) both.base_curve = kept.base_curve;
+  if (!both.least_centre) both.least_centre = kept.least_centre;
+  if (!both.least_edge) both.least_edge = kept.least_edge;
+  both.as_prescribed = both.as_prescribed || kept.as_prescribed;
+  return both;
+}
+
 void KeepOrder(const Prescription& order, const LensChoice& choice, WornFile& file) {
   file.SetSection(kOrderSection, PrescriptionToJson(order));
   file.SetSection(kChoiceSection, ToJson(choice).dump());
@@ -113,7 +142,10 @@ Result<std::optional<KeptOrder>> KeptOrderOf(const WornFile& file, const std::st
   if (text.empty()) return std::optional<KeptOrder>();
   auto order = PrescriptionFromJson(text, path + ", prescription");
   if (!order) return Fail(order);
-  return std::optional<KeptOrder>({std::move(*order), ChoiceFrom(file.Section(kChoiceSection))});
+  const std::string_view chosen = file.Section(kChoiceSection);
+  auto choice = chosen.empty() ? Result<LensChoice>(LensChoice{}) : ChoiceFrom(chosen, path);
+  if (!choice) return Fail(choice);
+  return std::optional<KeptOrder>({std::move(*order), std::move(*choice)});
 }
 
 }  // namespace annulus

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
-#include <span>
 
 #include "modeling/bezier/bezier_patch.h"
 
@@ -48,16 +47,5 @@ enum class TubeEnds {
   kLoop,    ///< The last tube's end is the first tube's start.
   kCapped,  ///< Both ends are closed by flat fans.
 };
-
-/// How finely tubes become triangles.
-struct TubeTessellation {
-  std::size_t along = 12;   ///< Steps per tube, >= 1.
-  std::size_t around = 10;  ///< Steps per patch around the section, >= 2.
-};
-
-/// The closed mesh of tubes that follow each other (end section i = start section i + 1): no open edge.
-/// Requires a non-empty chain; outward orientation as BezierTube.
-[[nodiscard]] TriangleMesh TessellateChain(std::span<const BezierTube> chain, TubeEnds ends,
-                                           const TubeTessellation& tessellation);
 
 }  // namespace annulus

@@ -20,6 +20,7 @@ constexpr double kLongestTip = 55.0;
 constexpr double kUnevenPush = 0.12;  // of the nose's load, either way from a half
 constexpr double kRimSlack = 1e-6;    // mm
 constexpr double kTouchesNose = 0.3;  // mm
+constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
 class GoalList {
  public:
@@ -34,7 +35,7 @@ class GoalList {
     goals_.back().unit = "deg";
   }
   void AddShare(const char* id, const char* term, double value, double low, double high) {
-    AddLength(id, term, 100.0 * value, 0.0, 100.0 * low, 100.0 * high);
+    AddLength(id, term, 100.0 * value, kNotKnown, 100.0 * low, 100.0 * high);
     goals_.back().unit = "%";
   }
 
@@ -123,7 +124,7 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
     low = std::min(low, dbl);
     high = std::max(high, dbl);
   }
-  list.AddLength("dbl", "Distance between lenses", dbl, 0.0, low, high);
+  list.AddLength("dbl", "Distance between lenses", dbl, sigma(GoalValue::kDbl), low, high);
   const std::optional<double> overall = fitted.options->temple_length;
   const double shortest = overall ? *overall - kLongestTip : kShortestTemple;
   const double longest = overall ? *overall - kShortestTip : kLongestTemple;
@@ -135,8 +136,8 @@ void AddGoals(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& fit
   list.AddLength("lash_clearance", "Clearance of the lashes",
                  std::min(LashClearance(fitted, 0), LashClearance(fitted, 1)), vertex_sigma, goals.lash_clearance,
                  25.0);
-  list.AddLength("skin_clearance", "Clearance of brow and cheek", skin.rims, 0.0, goals.skin_clearance - kRimSlack,
-                 25.0);
+  list.AddLength("skin_clearance", "Clearance of brow and cheek", skin.rims, kNotKnown,
+                 goals.skin_clearance - kRimSlack, 25.0);
   list.AddShare("nose_balance", "Right flank's share of the nose's load", fit.balance.right_share, 0.5 - kUnevenPush,
                 0.5 + kUnevenPush);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "modeling/glasses/fit_sigma.h"
+#include "modeling/glasses/frame_mass.h"
 #include "modeling/glasses/frame_skin.h"
 #include "modeling/glasses/glasses_fit.h"
 #include "modeling/glasses/pad_fit.h"
@@ -25,6 +26,7 @@ struct FittedFrame {
   std::array<TempleFit, 2> temples;
   WornFrame worn;
   std::vector<FrameShell> shells;  ///< All parts as they are worn, frame frame.
+  std::optional<FrameMass> mass;   ///< Of a full fit.
   /// Bridge gaps with which this form would bear where pupils and lenses may be: lowest and nearest, highest and
   /// farthest, mm.
   double least_gap = 0.0;

@@ -85,6 +85,8 @@ GoalVector ValuesOf(const FrontShape& front, const GoalInputs& inputs, const Fro
     At(values, of(GoalValue::kSplayRight)) = n.temple_splay[side];
     At(values, of(GoalValue::kTempleRight)) = (head_from_frame * front.hinges[side] - inputs.ears[side]).norm();
   }
+  At(values, GoalValue::kDbl) =
+      front.lenses[0].centre.x() - front.lenses[1].centre.x() - 0.5 * (front.lenses[0].a + front.lenses[1].a);
   At(values, GoalValue::kPantoscopicTilt) = n.pantoscopic_tilt;
   At(values, GoalValue::kFaceForm) = n.face_form;
   return values;

@@ -22,6 +22,7 @@ enum class GoalValue {
   kSplayLeft,  ///< rad
   kTempleRight,
   kTempleLeft,  ///< Hinge to ear point, mm.
+  kDbl,         ///< Between the lenses, mm; certain of a kept size.
   kCount
 };
 using GoalVector = Eigen::Matrix<double, static_cast<int>(GoalValue::kCount), 1>;

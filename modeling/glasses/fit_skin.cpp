@@ -21,7 +21,9 @@ std::size_t SideOf(const Vector3d& p_in_frame) { return p_in_frame.x() > 0.0 ? 0
 
 /// Points on the back of the lenses.
 void AddLensPoints(const FittedFrame& fitted, const WornPose& pose, SkinReport& report) {
+  const bool is_full = fitted.options->detail == FitDetail::kFull;
   for (std::size_t side = 0; side < 2; ++side) {
+    const char* const part = side == 0 ? "lens_right" : "lens_left";
     const LensPlane& lens = fitted.front.lenses[side];
     const double back = fitted.problem.task().inputs.lens_back[side];
     for (const double share : {0.0, 0.3, 0.6, 0.85, 1.0}) {
@@ -29,9 +31,9 @@ void AddLensPoints(const FittedFrame& fitted, const WornPose& pose, SkinReport& 
         const Eigen::Vector2d at = share * lens.outline[k];
         const Vector3d p = lens.centre + at.x() * lens.right + at.y() * lens.up - back * lens.forward;
         const double distance = pose.Nearest(p).distance;
-        report.map.push_back({side == 0 ? "lens_right" : "lens_left", pose.station_from_frame * p, distance});
+        if (is_full) report.map.push_back({part, pose.station_from_frame * p, distance});
         report.rims = std::min(report.rims, distance);
-        if (-distance > report.penetration) report.deepest = report.map.empty() ? "lens" : report.map.back().part;
+        if (-distance > report.penetration) report.deepest = part;
         report.penetration = std::max(report.penetration, -distance);
         report.front_penetration = std::max(report.front_penetration, -distance);
       }
@@ -115,11 +117,17 @@ void AddBalance(const FittedFrame& fitted, const SkinReport& skin, GlassesFit& f
   const WornPose pose = WornPoseOf(fitted);
   WeightBalance& balance = fit.balance;
   Vector3d moment = Vector3d::Zero();
-  for (const FrameShell& shell : fitted.shells) {
-    const ShellMoments moments = MomentsOf(shell.shell);
-    const double grams_per_mm3 = 1e-3 * fitted.options->frame_density;
-    balance.frame_g += grams_per_mm3 * moments.volume;
-    moment += grams_per_mm3 * moments.first;
+  if (fitted.mass) {
+    balance.frame_g = fitted.mass->mass;
+    moment = fitted.mass->mass * fitted.mass->centre_of_gravity;
+  } else {
+    // For ranking what overlaps counts twice.
+    for (const FrameShell& shell : fitted.shells) {
+      const ShellMoments moments = MomentsOf(shell.shell);
+      const double grams_per_mm3 = 1e-3 * fitted.options->frame_density;
+      balance.frame_g += grams_per_mm3 * moments.volume;
+      moment += grams_per_mm3 * moments.first;
+    }
   }
   for (std::size_t side = 0; side < 2; ++side) {
     balance.lenses_g += fitted.options->lens_mass_g[side];

@@ -123,17 +123,17 @@ LensOutline LensOutlineOf(const Frame& frame, Eye eye) {
   return eye == Eye::kRight ? outline : Mirrored(outline);
 }
 
-std::vector<FrameMesh> TessellateFrameParts(const Frame& frame, const TubeTessellation& tessellation) {
+std::vector<FrameMesh> TessellateFrameParts(const Frame& frame, const ShellTessellation& tessellation) {
   std::vector<FrameMesh> meshes;
   for (const FrameBody& body : FrameBodies(frame)) {
     for (const PatchShell& shell : body.shells) {
-      meshes.push_back({shell.name, Tessellate(shell, {tessellation.along, tessellation.around, 1})});
+      meshes.push_back({shell.name, Tessellate(shell, tessellation)});
     }
   }
   return meshes;
 }
 
-TriangleMesh TessellateFrame(const Frame& frame, const TubeTessellation& tessellation) {
+TriangleMesh TessellateFrame(const Frame& frame, const ShellTessellation& tessellation) {
   TriangleMesh whole;
   for (const FrameMesh& part : TessellateFrameParts(frame, tessellation)) Append(whole, part.mesh);
   return whole;

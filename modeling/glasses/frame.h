@@ -82,9 +82,9 @@ struct FrameMesh {
   TriangleMesh mesh;
 };
 /// Every shell as a closed mesh of positive volume under its name, frame frame.
-[[nodiscard]] std::vector<FrameMesh> TessellateFrameParts(const Frame& frame, const TubeTessellation& tessellation);
+[[nodiscard]] std::vector<FrameMesh> TessellateFrameParts(const Frame& frame, const ShellTessellation& tessellation);
 /// All shells in one mesh, as the STL holds it: closed shells that overlap, no lens.
-[[nodiscard]] TriangleMesh TessellateFrame(const Frame& frame, const TubeTessellation& tessellation);
+[[nodiscard]] TriangleMesh TessellateFrame(const Frame& frame, const ShellTessellation& tessellation);
 /// "lens_right" and "lens_left": open sheets, normals forward. `steps` per side >= 1.
 [[nodiscard]] std::vector<FrameMesh> TessellateLenses(const Frame& frame, std::size_t steps);
 

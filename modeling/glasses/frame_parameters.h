@@ -75,15 +75,4 @@ struct FrameParameterField {
 /// All nine, in the paper's order, the size first.
 [[nodiscard]] std::span<const FrameParameterField> FrameParameterFields();
 
-/// A style of the built-in library as far as the paper goes: see frame_library.h for all of it.
-struct FrameStyle {
-  std::string_view name;  ///< "round", "example1".
-  std::string_view description;
-  FrameParameters parameters;
-};
-/// The built-in styles: the paper's frame examples 1–4 ("example1" …) and usual forms ("round", "square", "boston", …).
-[[nodiscard]] const std::vector<FrameStyle>& FrameStyles();
-/// The parameters of a named built-in style; an unknown name is an error that lists the known ones.
-[[nodiscard]] Result<FrameParameters> FindFrameStyle(std::string_view name);
-
 }  // namespace annulus

@@ -155,6 +155,7 @@ Status Dress(FittedFrame& fitted) {
     const Result<Frame> frame = BuildFrame(design, worn.adjustment);
     RETURN_IF_ERROR(frame);
     fitted.shells = ShellsOf(*frame);
+    fitted.mass = MassOf(*frame, fitted.options->frame_density);
     worn.l6_right = frame->arm_right.l6;
     worn.l6_left = frame->arm_left.l6;
     return {};
@@ -191,7 +192,7 @@ Result<GlassesFit> FitOnce(const WearerHead& head, const FrameDesign& design, co
   RETURN_IF_ERROR(front);
   const auto seated = SeatFront(head, *front, solved.state.pose);
   RETURN_IF_ERROR(seated);
-  FittedFrame fitted{&head, &options, *problem, solved.state, *front, *seated, {}, {}, {}, {}, 0.0, 0.0, {}};
+  FittedFrame fitted{&head, &options, *problem, solved.state, *front, *seated, {}, {}, {}, {}, {}, 0.0, 0.0, {}};
   const FitGoals& goals = problem->task().goals;
   fitted.least_gap = BearingGap(*problem, goals.pupil_above_centre.high, goals.vertex_distance.low);
   fitted.largest_gap = BearingGap(*problem, goals.pupil_above_centre.low, goals.vertex_distance.high);

@@ -52,6 +52,23 @@ Json ToJson(const WornPowerReport& report, Eye eye) {
           {"within_tolerance", report.within_tolerance}};
 }
 
+/// Thickness on a grid over the box; null outside the outline (the edge's points).
+Json ThicknessMapToJson(const LensDesign& design) {
+  constexpr double kStep = 2.0;  // mm
+  LensOutline outline;
+  for (const EdgePoint& point : design.edge.points) outline.points.push_back(point.position);
+  const ThicknessMap map = ThicknessMapOf(design.form, outline, kStep);
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < map.thickness.rows(); ++row) {
+    Json cells = Json::array();
+    for (Eigen::Index column = 0; column < map.thickness.cols(); ++column) {
+      cells.push_back(Number(map.thickness(row, column)));
+    }
+    rows.push_back(std::move(cells));
+  }
+  return {{"x0_mm", map.x0}, {"y0_mm", map.y0}, {"step_mm", map.step}, {"thickness_mm", rows}};
+}
+
 Json EdgeToJson(const LensDesign& design) {
   Json points = Json::array();
   for (std::size_t i = 0; i < design.edge.points.size(); ++i) {
@@ -123,6 +140,7 @@ Json ToJson(const LensDesign& design, const WornPosition& position) {
           {"surfaces",
            {{"reference_mm", Vector(form.reference)}, {"front", ToJson(form.front)}, {"back", ToJson(form.back)}}},
           {"edge", EdgeToJson(design)},
+          {"thickness_map", ThicknessMapToJson(design)},
           {"messages", ToJson(design.messages)}};
 }
 

@@ -21,7 +21,7 @@ constexpr double kLargestShift = 40.0;
 /// Step of ClearHead's search, mm; a thinner ridge of the head would not stop it.
 constexpr double kShiftStep = 0.5;
 /// Points of the rims and the bridge that ClearHead looks at.
-constexpr TubeTessellation kContactPoints{12, 6};
+constexpr ShellTessellation kContactPoints{12, 6};
 
 Status CheckFace(const FacePoints& face) {
   for (const NamedFacePoint& point : FacePointNames()) {
@@ -164,7 +164,7 @@ Result<WornFrame> ClearHead(const WornFrame& worn, const SplineSurface& head, do
 
 Result<Frame> BuildWornFrame(const WornFrame& worn) { return BuildFrame(worn.design, worn.adjustment); }
 
-Result<WornMeshes> TessellateWornFrame(const WornFrame& worn, const TubeTessellation& tessellation,
+Result<WornMeshes> TessellateWornFrame(const WornFrame& worn, const ShellTessellation& tessellation,
                                        std::size_t lens_steps) {
   const Result<Frame> frame = BuildWornFrame(worn);
   RETURN_IF_ERROR(frame);

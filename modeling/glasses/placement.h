@@ -60,7 +60,7 @@ struct WornMeshes {
   std::vector<FrameMesh> parts;
   std::vector<FrameMesh> lenses;
 };
-[[nodiscard]] Result<WornMeshes> TessellateWornFrame(const WornFrame& worn, const TubeTessellation& tessellation,
+[[nodiscard]] Result<WornMeshes> TessellateWornFrame(const WornFrame& worn, const ShellTessellation& tessellation,
                                                      std::size_t lens_steps);
 
 /// WORN.json: {"format": "annulus-worn", "version": 1, "parameters": {…}, "station_from_frame": {"rotation": 3 × 3

@@ -6,13 +6,14 @@
 #include "modeling/glasses/frame_adjust.h"
 #include "modeling/glasses/frame_mass.h"
 #include "modeling/glasses/frame_walls.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
 
 /// A frame with everything: grooves, bowed bridge, pads on wires, hinges, tips, frame curve and face form.
 FrameDesign FullDesign() {
-  FrameDesign design(FindFrameStyle("boston").value());
+  FrameDesign design(test::PaperStyle("boston"));
   FrameDetails& details = design.details;
   details.bridge = BridgeForm::kSaddle;
   details.pads = PadForm::kAdjustable;
@@ -30,7 +31,7 @@ FrameDesign FullDesign() {
 
 /// Arg: 0 the paper's frame, 1 the full one, 2 the full one with a size that must be adjusted.
 void SliderChange(benchmark::State& state) {
-  FrameDesign design = state.range(0) == 0 ? FrameDesign(FindFrameStyle("example4").value()) : FullDesign();
+  FrameDesign design = state.range(0) == 0 ? FrameDesign(test::PaperStyle("example4")) : FullDesign();
   if (state.range(0) == 2) design.parameters.bridge_height = 60.0;
   std::size_t triangles = 0;
   for (auto _ : state) {

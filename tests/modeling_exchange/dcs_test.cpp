@@ -8,6 +8,7 @@
 #include <random>
 
 #include "modeling/glasses/frame.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -165,7 +166,7 @@ void CheckFrame(const FrameParameters& parameters, std::size_t stride, const std
 }
 
 TEST(Dcs, EveryStyleReproducesItsBoxAndItsOutline) {
-  for (const FrameStyle& style : FrameStyles()) CheckFrame(style.parameters, 1, std::string(style.name));
+  for (const test::FrameStyle& style : test::FrameStyles()) CheckFrame(style.parameters, 1, std::string(style.name));
 }
 
 /// Valid parameters: cuts between the smallest that leaves the inner outline an edge and 0.3 of the shorter side.

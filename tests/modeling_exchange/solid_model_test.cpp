@@ -10,6 +10,7 @@
 #include "modeling/glasses/frame_library.h"
 #include "modeling/mesh/bvh.h"
 #include "modeling/mesh/overlap_volume.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -151,7 +152,7 @@ TEST(SolidModel, AnOpenShellIsRefused) {
 }
 
 TEST(SolidModel, EveryStyleIsOneValidSolidOfTheSampledVolume) {
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     const auto frame = BuildFrame(style.parameters, StandardAdjustment(style.parameters));
     ASSERT_TRUE(frame);
     for (const FrameBody& part : FrameBodies(*frame)) {
@@ -181,7 +182,7 @@ TEST(SolidModel, FramesWithGroovesPadsAndHingesAreSolidsOfTheSampledVolume) {
 }
 
 TEST(SolidModel, TheSkinOfAFrameIsClosedAndHoldsItsVolume) {
-  const FrameStyle& style = FrameStyles()[3];
+  const test::FrameStyle& style = test::FrameStyles()[3];
   const auto frame = BuildFrame(style.parameters, StandardAdjustment(style.parameters));
   ASSERT_TRUE(frame);
   for (const FrameBody& part : FrameBodies(*frame)) {

@@ -5,6 +5,7 @@
 
 #include "modeling/bezier/bezier_patch.h"
 #include "modeling/bezier/bezier_tube.h"
+#include "modeling/bezier/patch_shell.h"
 
 namespace annulus {
 namespace {
@@ -144,14 +145,14 @@ TEST(BezierTube, CappedTubeIsClosedAndHoldsItsSectionTimesItsLength) {
   // Area of the section: x(t) = w(-1 + 6t² - 4t³) runs from -w to w, y(t) = 3e·t(1 - t); twice ∫ y x' dt
   // = 2 · 36·w·e ∫ t²(1 - t)² dt = 72·w·e/30 = 2.4·w·e with w = 3, e = 2, length 30: 432 mm³.
   const std::vector<BezierTube> chain{StraightTube()};
-  const TriangleMesh mesh = TessellateChain(chain, TubeEnds::kCapped, {8, 64});
+  const TriangleMesh mesh = Tessellate(ShellOfTubes("tube", chain, TubeEnds::kCapped), {8, 64, 1});
   EXPECT_EQ(CountOpenEdges(mesh), 0U);
   EXPECT_NEAR(SignedVolume(mesh), 432.0, 0.5);
 }
 
 TEST(BezierTube, MirroredTubeStillPointsOutward) {
   const std::vector<BezierTube> chain{StraightTube().MirroredX()};
-  const TriangleMesh mesh = TessellateChain(chain, TubeEnds::kCapped, {8, 64});
+  const TriangleMesh mesh = Tessellate(ShellOfTubes("tube", chain, TubeEnds::kCapped), {8, 64, 1});
   EXPECT_EQ(CountOpenEdges(mesh), 0U);
   EXPECT_NEAR(SignedVolume(mesh), 432.0, 0.5);
 }

@@ -11,6 +11,7 @@
 
 #include "modeling/glasses/frame_limits.h"
 #include "random_designs.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -20,7 +21,7 @@ constexpr std::array<double FrameParameters::*, 4> kCorners{
     &FrameParameters::lower_outer};
 
 TEST(AdjustDesign, LeavesAValidDesignAlone) {
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     const Result<AdjustedDesign> adjusted = AdjustDesign(style.parameters);
     ASSERT_TRUE(adjusted);
     EXPECT_TRUE(adjusted->messages.empty()) << style.name;

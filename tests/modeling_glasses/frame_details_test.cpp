@@ -15,6 +15,7 @@
 #include "modeling/glasses/hidden_end.h"
 #include "modeling/glasses/nose_pad.h"
 #include "modeling/glasses/rimless_mount.h"
+#include "tests/support/frame_styles.h"
 #include "winding.h"
 
 namespace annulus {
@@ -23,7 +24,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-FrameDesign Style(const char* name) { return {FindFrameStyle(name).value()}; }
+FrameDesign Style(const char* name) { return {test::PaperStyle(name)}; }
 
 Frame Build(const FrameDesign& design) {
   Result<Frame> frame = BuildFrame(design, StandardAdjustment(design));
@@ -330,7 +331,7 @@ TEST(FrameRimless, IsABridgeAndTwoEndPiecesOnTheLenses) {
 }
 
 TEST(FrameLens, OutlinesOfAllStylesAndFormsCanBeCut) {
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     for (const RimForm form : {RimForm::kFull, RimForm::kHalf, RimForm::kRimless}) {
       FrameDesign design(style.parameters);
       design.details.rim = form;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "modeling/glasses/frame_walls.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -70,8 +71,8 @@ UnionVolume MeasureUnion(const FrameBody& body, double step) {
 
 std::vector<FrameDesign> Designs() {
   std::vector<FrameDesign> designs;
-  designs.emplace_back(FindFrameStyle("example4").value());
-  FrameDesign full(FindFrameStyle("boston").value());
+  designs.emplace_back(test::PaperStyle("example4"));
+  FrameDesign full(test::PaperStyle("boston"));
   full.details.bridge = BridgeForm::kKeyhole;
   full.details.pads = PadForm::kFixed;
   full.details.temple = TempleForm::kSkull;
@@ -128,7 +129,7 @@ double WallCalled(const std::vector<Wall>& walls, const std::string& name) {
 TEST(FrameWalls, RoundRimIsNinetyThreePercentOfItsThicknessBetweenCorners) {
   // Half widths of a 90° tube are 1, 1/cos 22.5° twice, 1 at -45°, -22.5°, 22.5°, 45° to the middle's normal: in the
   // middle (2 cos 45° + 6)/8 = 0.9268 of d.
-  const FrameDesign design(FindFrameStyle("example2").value());
+  const FrameDesign design(test::PaperStyle("example2"));
   const auto frame = BuildFrame(design, StandardAdjustment(design));
   ASSERT_TRUE(frame);
   const std::vector<Wall> walls = WallsOf(*frame);
@@ -141,7 +142,7 @@ TEST(FrameWalls, RoundRimIsNinetyThreePercentOfItsThicknessBetweenCorners) {
 }
 
 TEST(FrameWalls, GrooveLeavesWhatIsBehindAndBesideIt) {
-  FrameDesign design(FindFrameStyle("example2").value());
+  FrameDesign design(test::PaperStyle("example2"));
   design.details.groove_depth = 0.5;
   design.details.groove_width = 1.2;
   const auto frame = BuildFrame(design, StandardAdjustment(design));

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "modeling/glasses/frame.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 Frame BuildStyle(const char* name) {
-  const FrameDesign design(FindFrameStyle(name).value());
+  const FrameDesign design(test::PaperStyle(name));
   Result<Frame> frame = BuildFrame(design, StandardAdjustment(design));
   EXPECT_TRUE(frame) << frame.error().Text();
   return std::move(frame).value();

@@ -6,16 +6,14 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/frame_styles.h"
+
 namespace annulus {
 namespace {
 
 using testing::HasSubstr;
 
-FrameParameters Example(const char* name) {
-  const Result<FrameParameters> found = FindFrameStyle(name);
-  EXPECT_TRUE(found.has_value());
-  return found.value_or(FrameParameters{});
-}
+FrameParameters Example(const char* name) { return test::PaperStyle(name); }
 
 std::string Complaint(const FrameParameters& parameters) {
   const Status status = Validate(parameters);
@@ -33,7 +31,8 @@ TEST(FrameParameters, DeriveThePapersConstantsFromTheWidth) {
 
 TEST(FrameParameters, DefaultsAndAllStylesAreValid) {
   EXPECT_EQ(Complaint(FrameParameters{}), "valid");
-  for (const FrameStyle& style : FrameStyles()) EXPECT_EQ(Complaint(style.parameters), "valid") << style.name;
+  for (const test::FrameStyle& style : test::FrameStyles())
+    EXPECT_EQ(Complaint(style.parameters), "valid") << style.name;
 }
 
 TEST(FrameParameters, ExamplesHaveThePapersProportions) {
@@ -105,7 +104,7 @@ TEST(FrameParameters, ScaleKeepsShape) {
 }
 
 TEST(FrameParameters, UnknownStyleListsTheKnownOnes) {
-  const auto style = FindFrameStyle("baroque");
+  const auto style = BuiltInFrameLibrary().Find("baroque");
   ASSERT_FALSE(style);
   EXPECT_THAT(style.error().advice, HasSubstr("example1"));
   EXPECT_THAT(style.error().advice, HasSubstr("boston"));

@@ -13,6 +13,7 @@
 #include "modeling/bezier/tube_chain.h"
 #include "modeling/glasses/frame.h"
 #include "modeling/glasses/hinge.h"
+#include "tests/support/frame_styles.h"
 #include "winding.h"
 
 namespace annulus {
@@ -21,7 +22,7 @@ namespace {
 using Eigen::Vector3d;
 
 FrameDesign Hinged(TempleForm form) {
-  FrameDesign design(FindFrameStyle("boston").value());
+  FrameDesign design(test::PaperStyle("boston"));
   FrameDetails& details = design.details;
   details.hinge = HingeForm::kBarrel;
   details.end_piece = 6.0;

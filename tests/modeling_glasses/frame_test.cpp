@@ -14,6 +14,7 @@
 
 #include "base/units.h"
 #include "modeling/mesh/mesh_io.h"
+#include "tests/support/frame_styles.h"
 #include "winding.h"
 
 namespace annulus {
@@ -35,7 +36,7 @@ FrameAdjustment Ears(const Vector3d& right, const Vector3d& left) {
   return adjustment;
 }
 
-Frame BuildStyle(const char* name) { return Build(FindFrameStyle(name).value()); }
+Frame BuildStyle(const char* name) { return Build(test::PaperStyle(name)); }
 
 double Uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
@@ -177,10 +178,10 @@ TEST(Frame, LensOutlinesAreCounterClockwiseInFrontView) {
 }
 
 TEST(Frame, BridgeAndTemplesEndInsideTheRim) {
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     const Frame frame = Build(style.parameters);
-    const TriangleMesh right = TessellateChain(frame.rim_right, TubeEnds::kLoop, {24, 24});
-    const TriangleMesh left = TessellateChain(frame.rim_left, TubeEnds::kLoop, {24, 24});
+    const TriangleMesh right = Tessellate(ShellOfTubes("rim", frame.rim_right, TubeEnds::kLoop), {24, 24, 1});
+    const TriangleMesh left = Tessellate(ShellOfTubes("rim", frame.rim_left, TubeEnds::kLoop), {24, 24, 1});
     for (double around = 0.0; around < 1.0; around += 0.0625) {
       EXPECT_NEAR(WindingNumber(right, frame.bridge[0].Point(0, around)), 1.0, 1e-6) << style.name;
       EXPECT_NEAR(WindingNumber(left, frame.bridge[0].Point(1, around)), 1.0, 1e-6) << style.name;
@@ -222,7 +223,7 @@ TEST(Frame, TempleTurnsNinetyDegreesAndBendsFortyFiveBehindTheEar) {
 }
 
 TEST(Frame, TempleMeetsTheEarPointsAndItsPartsJoinWithG1) {
-  FrameParameters p = FindFrameStyle("example4").value();
+  FrameParameters p = test::PaperStyle("example4");
   const FrameAdjustment ears = Ears(Vector3d(82, -101, 6), Vector3d(-75, -95, -9));
   const Result<Frame> frame = BuildFrame(p, ears);
   ASSERT_TRUE(frame) << frame.error().Text();
@@ -270,7 +271,8 @@ TEST(Frame, RoundRimHoldsItsSectionSweptAlongItsCentreLine) {
   //   C = B @ [[-.5+t*c,.5-t*c], [-.5+2**.5*t,.5], [.5-2**.5*t,.5], [.5-t*c,.5-t*c]]
   //   h = B @ [[-c,c], [-c,1+c]/(1+c), [c,1+c]/(1+c), [c,c]]; 4*trapz(|cross(C', h)|, u)*50*2.4*.25*2.5*2.5 = 516.306
   const Frame frame = BuildStyle("example2");
-  EXPECT_NEAR(SignedVolume(TessellateChain(frame.rim_right, TubeEnds::kLoop, {48, 48})), 516.306, 1.5);
+  EXPECT_NEAR(SignedVolume(Tessellate(ShellOfTubes("rim", frame.rim_right, TubeEnds::kLoop), {48, 48, 1})), 516.306,
+              1.5);
 }
 
 /// What admesh prints about a file; empty if admesh is not installed.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "modeling/glasses/frame.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -27,7 +28,7 @@ TEST(PatchShell, VolumeOfAStraightTubeIsItsSectionTimesItsLength) {
 }
 
 TEST(PatchShell, OfEveryStyleIsClosedAndItsMeshHasItsVolume) {
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     const auto frame = BuildFrame(style.parameters, StandardAdjustment(style.parameters));
     ASSERT_TRUE(frame);
     for (const PatchShell& shell : FrameBodies(*frame).front().shells) {

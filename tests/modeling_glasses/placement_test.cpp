@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/frame_styles.h"
+
 namespace annulus {
 namespace {
 
@@ -25,7 +27,7 @@ FacePoints LevelFace() {
   return face;
 }
 
-FrameParameters Style(const char* name) { return FindFrameStyle(name).value(); }
+FrameParameters Style(const char* name) { return test::PaperStyle(name); }
 
 void ExpectSmall(const PlacementResiduals& residuals) {
   EXPECT_LE(residuals.eye_right, 1e-6);

@@ -11,6 +11,7 @@
 #include "modeling/glasses/placement.h"
 #include "sim/head.h"
 #include "sim/person.h"
+#include "tests/support/frame_styles.h"
 
 namespace annulus {
 namespace {
@@ -122,7 +123,7 @@ TEST(FacePoints, SayWhenAnEarWasPlacedByProportion) {
   EXPECT_NEAR(face->eye_right.position.x(), 31.5, 1e-6);
   EXPECT_NEAR(face->eye_left.position.x(), -31.5, 1e-6);
   // Even so a frame can be placed.
-  EXPECT_TRUE(PlaceFrame(FindFrameStyle("round").value(), *face));
+  EXPECT_TRUE(PlaceFrame(test::PaperStyle("round"), *face));
 }
 
 TEST(FacePoints, RefuseACylinderAndAShortPiece) {
@@ -139,7 +140,7 @@ TEST(FacePoints, LetAFrameBePlacedAndClearedOnTheSimulatedHead) {
   const sim::ParametricBody head = sim::MakeHead({});
   const SplineSurface surface = Seen(head, head.top_mm() - 299.0, head.top_mm() - 1.0, 1.0);
   const FacePoints face = FindFacePoints(surface).value();
-  for (const FrameStyle& style : FrameStyles()) {
+  for (const test::FrameStyle& style : test::FrameStyles()) {
     const auto placed = PlaceFrame(style.parameters, face);
     ASSERT_TRUE(placed) << style.name << placed.error().Text();
     const auto worn = ClearHead(*placed, surface);

@@ -40,6 +40,8 @@ class Fit(ProgramTest):
                          "temple_length_left"} <= ids, ids)
         for goal in report["goals"]:
             self.assertEqual(goal["met"], goal["low"] <= goal["value"] <= goal["high"], goal)
+        unknown = {goal["id"] for goal in report["goals"] if "sigma" not in goal}
+        self.assertEqual(unknown, {"skin_clearance", "nose_balance"})
         unmet = sum(not goal["met"] for goal in report["goals"])
         self.assertGreaterEqual(len(report["advice"]), min(unmet, 1))
         parts = {contact["part"]: contact for contact in report["contacts"]}
@@ -75,8 +77,42 @@ class Fit(ProgramTest):
         self.fails("glasses", "export", "worn.json", "--out", "lab.dcs", naming=("--confirmed-by",))
         self.succeeds("glasses", "export", "worn.json", "--out", "lab.dcs", "--confirmed-by", "A. Optician")
         trace = self.read("lab.dcs").decode()
-        for record in ("SPH=-6.00;-5.50", "LNAM=1.6;1.6", "_CONFIRMED=A. Optician"):
+        for record in ("SPH=-6.00;-5.50", "LNAM=1.60;1.60", "_CONFIRMED=A. Optician"):
             self.assertIn(record, trace)
+        # What is said at the export counts more than what is kept.
+        self.succeeds("glasses", "export", "worn.json", "--out", "lab.dcs", "--confirmed-by", "A. Optician",
+                      "--lens-material", "1.74")
+        self.assertIn("LNAM=1.74;1.74", self.read("lab.dcs").decode())
+        cells = [t for row in right["thickness_map"]["thickness_mm"] for t in row if t is not None]
+        self.assertAlmostEqual(min(cells), right["thinnest_mm"], delta=0.1)
+        self.assertGreater(max(cells), 2 * min(cells))
+
+    def test_a_kept_lens_choice_that_is_damaged_makes_no_lens(self):
+        self.write("rx.json", json.dumps(RX))
+        self.fit("--rx", "rx.json", "--base-curve", "3")
+        worn = self.read_json("worn.json")
+        for key, value in (("base_curve_d", "3"), ("base_curve_d", 99), ("base_curve", 3), ("material", 1.6)):
+            changed = json.loads(json.dumps(worn))
+            changed["sections"]["lens_choice"] = {key: value}
+            self.write("changed.json", json.dumps(changed))
+            self.fails("glasses", "export", "changed.json", "--out", "order.pdf", "--order-sheet", "sheet.pdf",
+                       naming=("lens choice", key))
+
+    def test_pupils_of_the_prescription_count_and_typed_ones_more(self):
+        order = json.loads(json.dumps(RX))
+        for eye, pd, height in (("right", 34, 21), ("left", 33, 20)):
+            order[eye].update(pd_mm=pd, height_mm=height)
+        self.write("rx.json", json.dumps(order))
+        goals = self.goals("--rx", "rx.json")
+        self.assertAlmostEqual(goals["pd_right"]["value"] + goals["pd_left"]["value"], 67.0, delta=0.3)
+        self.assertTrue(goals["pupil_height_right"]["low"] < 21 < goals["pupil_height_right"]["high"])
+        goals = self.goals("--rx", "rx.json", "--pd", "32;31")
+        self.assertAlmostEqual(goals["pd_right"]["value"] + goals["pd_left"]["value"], 63.0, delta=0.3)
+
+    def test_the_heads_level_can_be_given(self):
+        level = self.goals("--head-tilt", "0")["pantoscopic_tilt"]["value"]
+        up = self.goals("--head-tilt", "4")["pantoscopic_tilt"]["value"]
+        self.assertNotAlmostEqual(level, up, delta=0.01)
 
     def test_the_papers_placement_is_still_there(self):
         report = self.fit("--placement", "paper")
