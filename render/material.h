@@ -1,14 +1,19 @@
 #pragma once
 
 #include "render/colour.h"
+#include "render/texture.h"
 
 namespace annulus {
 
+/// How a surface answers light. The z-buffer (Shade) and the path tracer (bsdf.h) read the same materials.
 enum class Finish {
-  kPlastic,  ///< Diffuse body colour under a clear dielectric surface (index 1.5).
-  kMetal,    ///< Coloured mirror of the studio, no diffuse part.
-  kSkin,     ///< Soft diffuse with light bleeding round the terminator; also for a neutral body.
-  kLens,     ///< Thin transmitting surface; only `transmittance` counts.
+  kMatte,        ///< Lambert's diffuse reflection only.
+  kPlastic,      ///< Opaque acetate or moulded plastic: diffuse body colour under a clear surface (index 1.5).
+  kTranslucent,  ///< Milky acetate: as kPlastic, but part of the body's light comes through from behind.
+  kMetal,        ///< Polished metal: coloured mirror, no diffuse part.
+  kBrushed,      ///< Metal with fine grooves along the part: its highlight is drawn out across them.
+  kSkin,         ///< Soft diffuse with light bleeding round the terminator; also for a neutral body.
+  kLens,         ///< Sheet of a lens: transmits `transmittance`, mirrors a little.
 };
 
 /// What a surface is made of.
@@ -17,6 +22,15 @@ struct Material {
   LinearRgb colour = LinearRgb(0.5F, 0.5F, 0.5F);         ///< Diffuse albedo, or the metal's reflectance, 0 … 1.
   float roughness = 0.3F;                                 ///< GGX width, 0 (mirror) … 1 (chalk).
   LinearRgb transmittance = LinearRgb(1.0F, 1.0F, 1.0F);  ///< Of one passage through a lens, per channel, 0 … 1.
+  Texture texture{};                                      ///< Laid over `colour`; not for lenses.
+  float translucency = 0.0F;  ///< kTranslucent: share of the diffuse light that comes through from behind, 0 … 1.
+  /// kLens: the lens' spherical power, D, −30 … 30, for the z-buffer's pseudo ray tracing (paper 000, §4).
+  float lens_power = 0.0F;
+  /// kLens: transmittance at the lower end of a gradient, and where the gradient runs, as heights of the solid
+  /// coordinate z, mm; none if from == to.
+  LinearRgb lower_transmittance = LinearRgb(1.0F, 1.0F, 1.0F);
+  float gradient_from = 0.0F;  ///< At and above it `transmittance`.
+  float gradient_to = 0.0F;    ///< At and below it `lower_transmittance`; <= gradient_from.
 };
 
 /// Glossy plastic of a colour.

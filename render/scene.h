@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "render/camera.h"
 #include "render/image.h"
 #include "render/material.h"
+#include "render/solid_lens.h"
 
 namespace annulus {
 
@@ -20,11 +22,20 @@ struct SceneItem {
   Material material;
   std::string group;                     ///< For messages: "head", "frame", "lens".
   std::vector<Eigen::Vector3d> normals;  ///< Unit, per vertex; empty means area-weighted from the faces.
+  /// Per vertex, multiplied with the material's colour (make-up, the colours of a map); empty means 1. Finite, >= 0.
+  std::vector<LinearRgb> colours{};
+  /// Per vertex, mm: the body's own coordinates (of a worn frame the frame frame, z up) in which textures, gradients
+  /// and the parting plane are laid; empty means the station frame.
+  std::vector<Eigen::Vector3f> solid{};
+  /// Where the solid coordinate's z is negative; absent: `material` everywhere. Not a lens, nor is `material` then.
+  std::optional<Material> lower{};
 };
 
-/// What is drawn: opaque things and lenses, in any order.
+/// What is drawn: opaque things and lens sheets, in any order, and lenses with their two surfaces. The z-buffer draws
+/// the items (it refuses solid lenses); the path tracer draws both.
 struct Scene {
   std::vector<SceneItem> items;
+  std::vector<SolidLens> lenses{};
 };
 
 /// The box around all vertices of the scene; empty for an empty scene. Station frame, mm.
