@@ -203,6 +203,7 @@ Status SubjectRun::PutGlassesOn(const MeasuredSurface& surface) {
 }
 
 Status SubjectRun::DrawBody(const TaskContext& task) {
+  PictureStudio studio(fit_.fit.model);
   PictureOptions picture;
   picture.size = 900;
   for (const auto& [name, caption] : {std::pair{"front", "From the front"}, std::pair{"left45", "From 45° left"}}) {
@@ -210,12 +211,14 @@ Status SubjectRun::DrawBody(const TaskContext& task) {
     if (!view) return Fail(view);
     picture.view = *view;
     RETURN_IF_ERROR(
-        AddPicture(NameOf(std::string("_") + name + ".png"), DrawModel(fit_.fit.model, picture, task), caption));
+        AddPicture(NameOf(std::string("_") + name + ".png"), studio.Take(nullptr, "", picture, task), caption));
   }
   return {};
 }
 
 Status SubjectRun::DrawGlasses(const TaskContext& task) {
+  PictureStudio studio(fit_.fit.model);
+  const WornFile worn{result_.glasses->fit.worn, {}, {}};
   PictureOptions picture;
   picture.size = 720;
   for (const auto& [name, caption] : {std::pair{"front", "Glasses worn, from the front"},
@@ -224,7 +227,7 @@ Status SubjectRun::DrawGlasses(const TaskContext& task) {
     if (!view) return Fail(view);
     picture.view = *view;
     RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
-                               DrawWorn(fit_.fit.model, result_.glasses->fit.worn, picture, task), caption));
+                               studio.Take(&worn, "the demo's glasses", picture, task), caption));
   }
   return {};
 }
