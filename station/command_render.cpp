@@ -79,8 +79,8 @@ nlohmann::ordered_json Report(const RenderRequest& request, const Picture& pictu
   const Camera& camera = picture.camera;
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (int row = 0; row < 3; ++row) {
-    rows.push_back({camera.camera_from_station(row, 0), camera.camera_from_station(row, 1),
-                    camera.camera_from_station(row, 2)});
+    rows.push_back(
+        {camera.camera_from_station(row, 0), camera.camera_from_station(row, 1), camera.camera_from_station(row, 2)});
   }
   return {{"out", request.out},
           {"model", request.model},

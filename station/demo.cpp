@@ -89,6 +89,12 @@ KnowledgeShares SharesOf(const SurfaceModel& model) {
   return {cells[2] / all, cells[1] / all, cells[0] / all};
 }
 
+/// The image alone: nothing else of a picture is told of.
+Result<RgbImage> ImageOf(Result<Picture> picture) {
+  if (!picture) return Fail(picture);
+  return std::move(picture->image);
+}
+
 /// The chain on one subject; steps in the order of Run.
 class SubjectRun {
  public:
@@ -210,8 +216,8 @@ Status SubjectRun::DrawBody(const TaskContext& task) {
     const auto view = ParseView(name);
     if (!view) return Fail(view);
     picture.view = *view;
-    RETURN_IF_ERROR(
-        AddPicture(NameOf(std::string("_") + name + ".png"), studio.Take(nullptr, "", picture, task), caption));
+    RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
+                               ImageOf(studio.Take(nullptr, "", picture, task)), caption));
   }
   return {};
 }
@@ -227,7 +233,7 @@ Status SubjectRun::DrawGlasses(const TaskContext& task) {
     if (!view) return Fail(view);
     picture.view = *view;
     RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
-                               studio.Take(&worn, "the demo's glasses", picture, task), caption));
+                               ImageOf(studio.Take(&worn, "the demo's glasses", picture, task)), caption));
   }
   return {};
 }

@@ -49,7 +49,8 @@ class BatchReader {
     return Fail(attempted_, what + " is missing or something else", "give " + wanted);
   }
 
-  [[nodiscard]] Status CheckKeys(const Json& object, const std::string& what, const std::set<std::string>& known) const {
+  [[nodiscard]] Status CheckKeys(const Json& object, const std::string& what,
+                                 const std::set<std::string>& known) const {
     if (!object.is_object()) return Wrong(what, "an object");
     for (const auto& [key, value] : object.items()) {
       if (known.count(key) == 0) return Fail(attempted_, what + " has an unknown key '" + key + "'", "remove it");
