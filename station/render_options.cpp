@@ -197,7 +197,9 @@ Status CheckRequest(const RenderRequest& request) {
 Result<Look> LookOf(const RenderRequest& request, Storage& storage) {
   Look look;
   if (!request.look.empty()) {
-    auto read = ReadLookFile(storage, request.look);
+    const auto text = ReadTextFile(storage, request.look);
+    if (!text) return Fail(text);
+    auto read = LookFromJson(*text, request.look);
     if (!read) return Fail(read);
     look = *read;
   }
