@@ -145,7 +145,7 @@ Material NeutralBodyMaterial() {
   return material;
 }
 
-Material LensMaterial(const LinearRgb& tint, double transmittance) {
+Material LensSheetMaterial(const LinearRgb& tint, double transmittance) {
   const Eigen::Array3d pass = tint.cast<double>().array().max(kDeepestTint).min(kPalestTint);
   const double wanted = std::clamp(transmittance, 0.0, 1.0);
   // Thickness at which the dye passes the wanted share of the light; the share falls as the thickness grows.

@@ -43,7 +43,7 @@ struct Material {
 [[nodiscard]] Material NeutralBodyMaterial();
 /// A lens dyed with `tint` so deeply that it passes `transmittance` (0 … 1, luminous) of white light. The dye follows
 /// Beer's law: a pale lens is hardly coloured, a dark one strongly. White, grey and black tints give a grey lens.
-[[nodiscard]] Material LensMaterial(const LinearRgb& tint, double transmittance);
+[[nodiscard]] Material LensSheetMaterial(const LinearRgb& tint, double transmittance);
 
 /// A point to be shaded. Camera frame of camera.h with z turned towards the eye: x right, y up, z to the viewer.
 struct ShadingPoint {
