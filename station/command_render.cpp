@@ -124,7 +124,7 @@ Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo&
   PictureSources sources(io.storage());
   ProgressDisplay display(io.progress_mode());
   nlohmann::ordered_json reports = nlohmann::ordered_json::array();
-  std::vector<SheetTile> tiles;
+  std::vector<ContactTile> tiles;
   for (std::size_t k = 0; k < batch.pictures.size(); ++k) {
     const RenderRequest& request = batch.pictures[k];
     TaskContext task;
@@ -145,7 +145,7 @@ Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo&
     if (!batch.sheet.out.empty()) tiles.push_back({std::move(picture->image), request.caption});
   }
   if (!batch.sheet.out.empty()) {
-    const auto sheet = ContactSheet(tiles, batch.sheet.title, batch.sheet.columns);
+    const auto sheet = ContactSheet(tiles, {.columns = batch.sheet.columns, .title = batch.sheet.title});
     if (!sheet) return Fail(sheet);
     RETURN_IF_ERROR(WriteImage(io.storage(), batch.sheet.out, *sheet, ImagePlane::kColour));
   }

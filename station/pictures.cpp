@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <optional>
 #include <utility>
 
+#include "modeling/landmarks/face_points.h"
+#include "render/make_up.h"
 #include "station/lens_choice.h"
 #include "station/picture_parts.h"
 
@@ -64,14 +67,23 @@ Result<Shot> Aim(const std::vector<Eigen::Vector3d>& points, double aspect, cons
   return shot;
 }
 
+/// What the body is shown as.
+struct Skin {
+  Material material;
+  MakeUp make_up{};
+};
+
 /// Numbers that decide a layer of the head: it is reused while they are the same.
-std::vector<double> KeyOf(const Shot& shot, const PictureOptions& options, const Material& material) {
+std::vector<double> KeyOf(const Shot& shot, const PictureOptions& options, const Skin& skin) {
   const Camera& camera = shot.camera;
   std::vector<double> key{static_cast<double>(shot.width), static_cast<double>(shot.height),
                           static_cast<double>(options.supersampling), camera.half_height, camera.near_mm};
   for (int k = 0; k < 9; ++k) key.push_back(camera.camera_from_station(k / 3, k % 3));
   for (int k = 0; k < 3; ++k) key.push_back(camera.eye_in_station[k]);
-  for (int k = 0; k < 3; ++k) key.push_back(material.colour[k]);
+  for (int k = 0; k < 3; ++k) key.push_back(skin.material.colour[k]);
+  for (const MakeUpLayer* layer : {&skin.make_up.lips, &skin.make_up.cheeks, &skin.make_up.brows}) {
+    key.insert(key.end(), {layer->colour[0], layer->colour[1], layer->colour[2], layer->strength});
+  }
   return key;
 }
 
@@ -97,6 +109,10 @@ TraceOptions TraceOptionsOf(const Shot& shot, const PictureOptions& options) {
     trace.background = TraceOptions::Background::kEnvironment;
   }
   return trace;
+}
+
+bool IsMadeUp(const MakeUp& make_up) {
+  return make_up.lips.strength > 0.0 || make_up.cheeks.strength > 0.0 || make_up.brows.strength > 0.0;
 }
 
 /// What is worn, ready for one of the renderers.
@@ -159,8 +175,8 @@ struct PictureStudio::Cache {
   }
 
   /// The paper's way: head and frame apart, put together by depth, then the lenses.
-  Result<RgbImage> Compose(const Shot& shot, const Glasses& glasses, const Material& skin,
-                           const PictureOptions& options, const TaskContext& task) {
+  Result<RgbImage> Compose(const Shot& shot, const Glasses& glasses, const Skin& skin, const PictureOptions& options,
+                           const TaskContext& task) {
     const RenderOptions render = RasterOptions(shot, options);
     const auto head = BodyLayer(shot, options, skin, task);
     if (!head) return Fail(head);
@@ -173,7 +189,7 @@ struct PictureStudio::Cache {
   }
 
   /// The path tracer's way: everything at once.
-  [[nodiscard]] Result<RgbImage> Trace(const Shot& shot, const Glasses& glasses, const Material& skin,
+  [[nodiscard]] Result<RgbImage> Trace(const Shot& shot, const Glasses& glasses, const Skin& skin,
                                        const PictureOptions& options, const TaskContext& task) const {
     Scene scene{BodyIn(skin), glasses.lenses};
     scene.items.insert(scene.items.end(), glasses.frame.begin(), glasses.frame.end());
@@ -190,22 +206,29 @@ struct PictureStudio::Cache {
   };
   std::vector<SceneItem> body;  ///< The model's own items; only their material changes.
   std::deque<HeadLayer> layers;
+  std::optional<MakeUpZones> zones;  ///< Once make-up was asked for.
 
-  /// The body in a material.
-  [[nodiscard]] std::vector<SceneItem> BodyIn(const Material& material) const {
+  /// The body as it is shown.
+  [[nodiscard]] std::vector<SceneItem> BodyIn(const Skin& skin) const {
     std::vector<SceneItem> items = body;
-    for (SceneItem& item : items) item.material = material;
+    for (SceneItem& item : items) item.material = skin.material;
+    if (zones) {
+      items.front().colours = MakeUpColours(*zones, skin.make_up, skin.material.colour, items.front().mesh.vertices);
+    }
     return items;
   }
 
   /// The layer of the body alone: drawn, or kept from a picture before.
-  Result<const Layer*> BodyLayer(const Shot& shot, const PictureOptions& options, const Material& material,
+  Result<const Layer*> BodyLayer(const Shot& shot, const PictureOptions& options, const Skin& skin,
                                  const TaskContext& task) {
-    std::vector<double> key = KeyOf(shot, options, material);
+    std::vector<double> key = KeyOf(shot, options, skin);
     for (const HeadLayer& kept : layers) {
       if (kept.key == key) return &kept.layer;
     }
-    auto layer = RenderLayer({BodyIn(material), {}}, shot.camera, RasterOptions(shot, options), task);
+    const RenderOptions render = RasterOptions(shot, options);
+    auto drawn = RenderLayer({BodyIn(skin), {}}, shot.camera, render, task);
+    if (!drawn) return Fail(drawn);
+    auto layer = WithAmbientLight(std::move(*drawn), shot.camera, render, task);
     if (!layer) return Fail(layer);
     if (layers.size() == kMostLayers) layers.pop_front();
     layers.push_back({std::move(key), std::move(*layer)});
@@ -230,10 +253,15 @@ Result<Picture> PictureStudio::Take(const WornFile* worn, const std::string& wor
   }
   const auto shot = Aim(cache_->PointsOf(worn, glasses.frame), cache_->AspectOf(worn, options.view), options);
   if (!shot) return Fail(shot);
-  Material skin = NeutralBodyMaterial();
+  Skin skin{NeutralBodyMaterial(), options.look.make_up};
   if (worn != nullptr) {
-    skin = SkinMaterial();
-    skin.colour = options.look.skin;
+    skin.material = SkinMaterial();
+    skin.material.colour = options.look.skin;
+  }
+  if (IsMadeUp(skin.make_up) && !cache_->zones) {
+    const auto face = worn == nullptr ? FindFacePoints(model_.main().surface) : Result<FacePoints>(worn->worn.face);
+    if (!face) return Fail(face);
+    cache_->zones = MakeUpZones::On(model_.main().surface, *face);
   }
   auto image = options.method == RenderMethod::kTrace ? cache_->Trace(*shot, glasses, skin, options, task)
                                                       : cache_->Compose(*shot, glasses, skin, options, task);
