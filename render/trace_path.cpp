@@ -79,9 +79,8 @@ struct PathTracer::Scattering {
     const auto add = [&](const Eigen::Vector3f& direction) {
       const Eigen::Vector3f local = frame.ToLocal(direction);
       if ((local.z() > 0.0F) != outside) return;
-      LinearRgb share = bsdf.Evaluate(out, local);
-      if (density > 0.0F) share *= PowerHeuristic(density, bsdf.Density(out, local));
-      sum += share;
+      const Bsdf::Response response = bsdf.Respond(out, local);
+      sum += density > 0.0F ? LinearRgb(PowerHeuristic(density, response.density) * response.value) : response.value;
     };
     add(in);
     // Its mirror image stands for it too if that is on this side of the interpolated normal: only near the horizon.
@@ -185,8 +184,9 @@ void PathTracer::Escape(const LightPath& path, Batch& batch) const {
     return batch.Add(path.result, result.albedo);
   }
   const Eigen::Vector3f direction = light_from_trace_ * path.direction;
-  const LinearRgb light = path.throughput.cwiseProduct(environment_.Radiance(direction));
-  const float weight = path.density >= 0.0F ? PowerHeuristic(path.density, environment_.Density(direction)) : 1.0F;
+  const Environment::Draw seen = environment_.At(direction);
+  const LinearRgb light = path.throughput.cwiseProduct(seen.radiance);
+  const float weight = path.density >= 0.0F ? PowerHeuristic(path.density, seen.density) : 1.0F;
   if (sees_behind) result.albedo = light;
   batch.Add(path.result, weight * light);
 }
