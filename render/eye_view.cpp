@@ -10,6 +10,7 @@
 #include "base/units.h"
 #include "modeling/glasses/lens_sight.h"
 #include "render/bands.h"
+#include "render/lens_coating.h"
 
 namespace annulus {
 namespace {
@@ -181,19 +182,6 @@ Result<NearLayer> NearLayerOf(const Scene& near, const Camera& camera, const Ren
   return result;
 }
 
-/// Share of light that a boundary passes, by its finish.
-float BoundaryPasses(const LensFinish& finish, double cosine, double index, float coat) {
-  const double sine = std::min(1.0, std::sqrt(std::max(0.0, 1.0 - cosine * cosine)) / index);
-  const double inside = std::sqrt(1.0 - sine * sine);
-  const double across = (cosine - index * inside) / (cosine + index * inside);
-  const double along = (index * cosine - inside) / (index * cosine + inside);
-  const double bare = 0.5 * (across * across + along * along);
-  if (finish.coating == LensCoating::kNone) return static_cast<float>(1.0 - bare);
-  const double ahead = (index - 1.0) * (index - 1.0) / ((index + 1.0) * (index + 1.0));
-  const double reflected = coat + (1.0 - coat) * std::clamp((bare - ahead) / (1.0 - ahead), 0.0, 1.0);
-  return static_cast<float>(1.0 - reflected);
-}
-
 /// What a corner's ray sees.
 struct Corner {
   SightPath path = SightPath::kBeside;
@@ -279,29 +267,20 @@ class EyePicture {
     const SightRay seen = sight_->Follow(lens_from_view_ * (turned * ray.origin), rotation * corner.out);
     corner.path = seen.path;
     if (seen.path != SightPath::kLens) return corner;
-    corner.passed = Passed(rotation * corner.out, seen);
+    corner.passed = Passed(seen);
     corner.out = rotation.transpose() * seen.direction;
     return corner;
   }
 
   /// What of the light comes through: tint, its gradient, two boundaries.
-  [[nodiscard]] LinearRgb Passed(const Vector3d& in_eye, const SightRay& seen) const {
+  [[nodiscard]] LinearRgb Passed(const SightRay& seen) const {
     const LensFinish& finish = before_.lens->finish;
-    const double height = 0.5 * (seen.front_point.y() + seen.back_point.y());
-    const double span = finish.gradient_from - finish.gradient_to;
-    const double down = span > 0.0 ? std::clamp((finish.gradient_from - height) / span, 0.0, 1.0)
-                                   : (height >= finish.gradient_from ? 0.0 : 1.0);
-    const auto share = static_cast<float>(span > 0.0 ? down : 0.0);
-    const Eigen::Array3f absorbance =
-        (1.0F - share) * -finish.transmittance.array().log() + share * -finish.lower_transmittance.array().log();
-    const auto depth = static_cast<float>(0.5 * seen.length_in_glass());  // in units of 2 mm
-    const double cosine = std::abs(in_eye.dot(seen.direction));           // near enough: both are near the normals
-    constexpr float kAntiReflective = 0.006F;
     const double index = before_.lens->form.index;
-    const float back = BoundaryPasses(finish, cosine, index, kAntiReflective);
-    LinearRgb front = LinearRgb::Constant(back);
-    if (finish.coating == LensCoating::kMirror) front = LinearRgb::Ones() - finish.mirror;
-    return ((-depth * absorbance).exp() * back * front.array()).matrix();
+    const LinearRgb back = SplitAt(finish, LensPart::kBack, seen.back_cosine, true, index).passed;
+    const LinearRgb front = SplitAt(finish, LensPart::kFront, seen.front_cosine, true, index).passed;
+    return GlassTransmittance(finish, seen.front_point.y(), seen.back_point.y(), seen.length_in_glass())
+        .cwiseProduct(back)
+        .cwiseProduct(front);
   }
 
   void FollowCorners(int sample, const Vector2d& q, const std::stop_token& stop) {

@@ -38,7 +38,7 @@ Result<FrameLook> LookOf(const RenderCommandOptions& options) {
   }
   const auto tint = ParseHexColour(options.lens_colour);
   if (!tint) return Fail(tint);
-  look.lens = LensMaterial(*tint, options.lens_transmittance);
+  look.lens = LensSheetMaterial(*tint, options.lens_transmittance);
   return look;
 }
 

@@ -18,7 +18,7 @@ const View kFront{0.5 * kPi, 0.0};
 Scene SceneOf(const Frame& frame, DesignMaterial material) {
   const Material solid = material == DesignMaterial::kMetal ? MetalMaterial(LinearFromHex(0xb9b4a8))
                                                             : PlasticMaterial(LinearFromHex(0x2b1a12));
-  const Material lens = LensMaterial(LinearFromHex(0x8fa6b4), 0.80);
+  const Material lens = LensSheetMaterial(LinearFromHex(0x8fa6b4), 0.80);
   Scene scene;
   for (FrameMesh& part : TessellateFrameParts(frame, kDetail)) {
     scene.items.push_back({std::move(part.mesh), solid, part.name, {}});

@@ -14,7 +14,7 @@ namespace annulus {
 /// What a worn frame looks like.
 struct FrameLook {
   Material frame = PlasticMaterial(LinearFromHex(0x2b1a12));
-  Material lens = LensMaterial(LinearFromHex(0x6f5a48), 0.85);
+  Material lens = LensSheetMaterial(LinearFromHex(0x6f5a48), 0.85);
 };
 
 /// The surface of a model: unknown parts left out and the inferred rims around them, closed above and below where all

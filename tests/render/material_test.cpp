@@ -53,25 +53,25 @@ TEST(Material, LensMirrorsALampOnlyInItsDirection) {
 TEST(Material, LensPassesTheLuminanceAskedForByBeersLaw) {
   const LinearRgb dye(0.3F, 0.5F, 0.8F);
   for (const double wanted : {0.9, 0.5, 0.1, 0.01}) {
-    const LinearRgb pass = LensMaterial(dye, wanted).transmittance;
+    const LinearRgb pass = LensSheetMaterial(dye, wanted).transmittance;
     EXPECT_NEAR(0.2126 * pass[0] + 0.7152 * pass[1] + 0.0722 * pass[2], wanted, 1e-6);
     // Beer: logarithms of the channels keep their ratio.
     EXPECT_NEAR(std::log(pass[0]) / std::log(pass[1]), std::log(0.3) / std::log(0.5), 1e-4);
     EXPECT_NEAR(std::log(pass[2]) / std::log(pass[1]), std::log(0.8) / std::log(0.5), 1e-4);
   }
   for (const LinearRgb& grey : {LinearRgb(0, 0, 0), LinearRgb(0.4F, 0.4F, 0.4F), LinearRgb(1, 1, 1)}) {
-    const LinearRgb pass = LensMaterial(grey, 0.5).transmittance;
+    const LinearRgb pass = LensSheetMaterial(grey, 0.5).transmittance;
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(pass[k], 0.5, 1e-6);
   }
   for (int k = 0; k < 3; ++k) {
-    EXPECT_NEAR(LensMaterial(dye, 1.0).transmittance[k], 1.0, 1e-6);
-    EXPECT_NEAR(LensMaterial(dye, 7.0).transmittance[k], 1.0, 1e-6);
-    EXPECT_NEAR(LensMaterial(dye, 0.0).transmittance[k], 0.0, 1e-6);
+    EXPECT_NEAR(LensSheetMaterial(dye, 1.0).transmittance[k], 1.0, 1e-6);
+    EXPECT_NEAR(LensSheetMaterial(dye, 7.0).transmittance[k], 1.0, 1e-6);
+    EXPECT_NEAR(LensSheetMaterial(dye, 0.0).transmittance[k], 0.0, 1e-6);
   }
 }
 
 TEST(Material, ALensHasNoColourOfItsOwn) {
-  EXPECT_THROW((void)Shade(LensMaterial(LinearRgb::Ones(), 0.5), {kToEye, kToEye}), LogicError);
+  EXPECT_THROW((void)Shade(LensSheetMaterial(LinearRgb::Ones(), 0.5), {kToEye, kToEye}), LogicError);
 }
 
 }  // namespace

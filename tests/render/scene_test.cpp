@@ -18,7 +18,7 @@ Scene HeadAndFrame() {
   scene.items.push_back(Item(SphereMesh({-15, 33, 5}, 14.0, 32), MetalMaterial(LinearFromHex(0xffd791))));
   scene.items.push_back(Item(SphereMesh({15, 33, 5}, 14.0, 32), PlasticMaterial(LinearFromHex(0x202020))));
   scene.items.push_back(
-      Item(QuadMesh({-30, 55, -10}, {60, 3, 0}, {0, 2, 20}), LensMaterial(LinearFromHex(0x88aaff), 0.6)));
+      Item(QuadMesh({-30, 55, -10}, {60, 3, 0}, {0, 2, 20}), LensSheetMaterial(LinearFromHex(0x88aaff), 0.6)));
   return scene;
 }
 
@@ -169,7 +169,7 @@ TEST(Render, NoPixelIsEverNotANumber) {
   for (int round = 0; round < 8; ++round) {
     Scene scene;
     for (const Material& material : {SkinMaterial(), MetalMaterial(LinearFromHex(0xffd791)),
-                                     PlasticMaterial(LinearRgb::Zero()), LensMaterial(LinearRgb::Zero(), 0.3)}) {
+                                     PlasticMaterial(LinearRgb::Zero()), LensSheetMaterial(LinearRgb::Zero(), 0.3)}) {
       TriangleMesh mesh;
       for (std::uint32_t k = 0; k < 200; ++k) {
         const double size = std::pow(10.0, 4.0 * uniform());
