@@ -2,12 +2,12 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstddef>
 #include <limits>
 #include <optional>
-#include <vector>
 
 #include "base/result.h"
+#include "render/lens_face.h"
+#include "render/outline_wall.h"
 #include "render/solid_lens.h"
 
 namespace annulus {
@@ -61,39 +61,21 @@ class LensSolid {
   [[nodiscard]] const LensFinish& finish() const { return finish_; }
 
  private:
-  /// A surface in its own frame, moved so that its u, v, w are of the lens frame turned.
-  struct Face {
-    Eigen::Isometry3d surface_from_lens = Eigen::Isometry3d::Identity();
-    double curvature_u = 0.0;
-    double curvature_v = 0.0;
-  };
-  /// A side of the outline from `from` to the next side's.
-  struct Side {
-    Eigen::Vector2d from;         // about the box centre
-    Eigen::Vector2d normal;       // unit, outward, of the straight side
-    Eigen::Vector2d from_normal;  // unit, smoothed, at `from`
-  };
   struct LocalRay;
-  struct Candidate;
 
-  LensSolid() = default;
+  LensSolid(const SolidLens& lens, const LensRegion& region);
+  [[nodiscard]] std::optional<LensCrossing> NextOf(const LocalRay& ray) const;
 
-  Face front_;
-  Face back_;
-  std::vector<Side> sides_;              // counter-clockwise
-  std::vector<std::size_t> first_side_;  // by pseudo-angle: the side that a ray from the centre at its start meets
-  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();  // of the box, lens frame
-  double inner_radius_ = 0.0;                         // of the outline about centre_
-  double outer_radius_ = 0.0;
-  double z_low_ = 0.0;  // of the solid, lens frame
-  double z_high_ = 0.0;
-  Eigen::Isometry3d station_from_lens_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d lens_from_station_ = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();  // of the bounding sphere, station frame
-  double reach_ = 0.0;                                // its radius
+  LensFace front_;
+  LensFace back_;
+  OutlineWall wall_;
+  LensRegion region_;
+  Eigen::Isometry3d station_from_lens_;
+  Eigen::Isometry3d lens_from_station_;
+  Eigen::Vector3d middle_;  // lens frame
   Eigen::AlignedBox3d bounds_;
-  double index_ = 1.5;
-  double abbe_ = 58.0;
+  double index_;
+  double abbe_;
   LensFinish finish_;
 };
 
