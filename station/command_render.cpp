@@ -11,9 +11,13 @@
 #include "station/commands.h"
 #include "station/contact_sheet.h"
 #include "station/files.h"
+#include "station/inside_map.h"
+#include "station/inside_view.h"
+#include "station/lens_choice.h"
 #include "station/pictures.h"
 #include "station/render_batch.h"
 #include "station/render_options.h"
+#include "station/worn_lenses.h"
 
 namespace annulus {
 namespace {
@@ -40,13 +44,12 @@ class PictureSources {
     return studios_.emplace(path, std::move(source)).first->second.studio.get();
   }
 
-  Result<const WornFile*> WornOf(const std::string& path) {
+  /// Null for an empty path.
+  Result<const GlassesSource*> WornOf(const std::string& path) {
     if (path.empty()) return nullptr;
     const auto known = worn_.find(path);
     if (known != worn_.end()) return &known->second;
-    const auto text = ReadTextFile(storage_, path);
-    if (!text) return Fail(text);
-    auto worn = WornFileFromJson(*text, path);
+    auto worn = ReadGlasses(storage_, path);
     if (!worn) return Fail(worn);
     return &worn_.emplace(path, std::move(*worn)).first->second;
   }
@@ -58,7 +61,7 @@ class PictureSources {
   };
   Storage& storage_;
   std::map<std::string, Source> studios_;
-  std::map<std::string, WornFile> worn_;
+  std::map<std::string, GlassesSource> worn_;
 };
 
 Status WriteImage(Storage& storage, const std::string& path, const RgbImage& image, ImagePlane plane) {
@@ -82,18 +85,48 @@ nlohmann::ordered_json Report(const RenderRequest& request, const Picture& pictu
     rows.push_back(
         {camera.camera_from_station(row, 0), camera.camera_from_station(row, 1), camera.camera_from_station(row, 2)});
   }
-  return {{"out", request.out},
-          {"model", request.model},
-          {"view", request.view},
-          {"method", request.method == RenderMethod::kTrace ? "trace" : "zbuffer"},
-          {"width", picture.image.width},
-          {"height", picture.image.height},
-          {"camera",
-           {{"eye_mm", {camera.eye_in_station.x(), camera.eye_in_station.y(), camera.eye_in_station.z()}},
-            {"camera_from_station", rows},
-            {"tangent_of_half_height", camera.half_height}}},
-          {"notes", picture.notes},
-          {"time_s", seconds}};
+  nlohmann::ordered_json report = {
+      {"out", request.out},
+      {"model", request.model},
+      {"view", request.view},
+      {"method", request.method == RenderMethod::kTrace ? "trace" : "zbuffer"},
+      {"width", picture.image.width},
+      {"height", picture.image.height},
+      {"camera",
+       {{"eye_mm", {camera.eye_in_station.x(), camera.eye_in_station.y(), camera.eye_in_station.z()}},
+        {"camera_from_station", rows},
+        {"tangent_of_half_height", camera.half_height}}},
+      {"notes", picture.notes},
+      {"time_s", seconds}};
+  if (!picture.numbers.empty()) report["numbers"] = nlohmann::ordered_json::parse(picture.numbers);
+  return report;
+}
+
+/// What the wearer sees, or what the lenses give in every direction of gaze.
+Result<Picture> TakeInside(const RenderRequest& request, const GlassesSource& worn, const SurfaceModel& model,
+                           const Look& look, const TaskContext& task) {
+  GlassesExportOptions order;
+  const auto kept = worn.worn ? KeptOrderOf(*worn.worn, request.worn) : Result<std::optional<KeptOrder>>(std::nullopt);
+  if (!kept) return Fail(kept);
+  if (*kept) {
+    order.prescription = (*kept)->order;
+    order.lenses = (*kept)->choice;
+  }
+  const auto glasses = InsideGlassesOf(worn, order);
+  if (!glasses) return Fail(glasses);
+  auto inside = InsideOptionsOf(request);
+  if (!inside) return Fail(inside);
+  InsideViewOptions options = std::move(*inside);
+  const auto lenses = WornLenses(worn, look.lens, request.worn);
+  if (!lenses) return Fail(lenses);
+  options.finish = lenses->lenses.front().finish;
+  options.frame = MaterialOf(look.upper);
+  auto image = request.inside_map ? DrawInsideMap(*glasses, options.eyes, options.gazes)
+                                  : DrawInsideView(*glasses, &model, options, task);
+  if (!image) return Fail(image);
+  Picture picture{std::move(*image), {}, glasses->notes};
+  picture.numbers = InsideReport(*glasses, options.eyes, options.gazes).dump();
+  return picture;
 }
 
 /// Draws and writes one picture.
@@ -114,7 +147,8 @@ Result<Picture> RunPicture(const RenderRequest& request, PictureSources& sources
   if (!studio) return Fail(studio);
   const auto worn = sources.WornOf(request.worn);
   if (!worn) return Fail(worn);
-  auto picture = (*studio)->Take(*worn, request.worn, *options, task);
+  auto picture = request.inside.empty() ? (*studio)->Take(*worn, request.worn, *options, task)
+                                        : TakeInside(request, **worn, (*studio)->model(), options->look, task);
   if (!picture) return Fail(picture);
   RETURN_IF_ERROR(WritePicture(io.storage(), request, picture->image));
   return picture;

@@ -224,7 +224,10 @@ Status SubjectRun::DrawBody(const TaskContext& task) {
 
 Status SubjectRun::DrawGlasses(const TaskContext& task) {
   PictureStudio studio(fit_.fit.model);
-  const WornFile worn{result_.glasses->fit.worn, {}, {}};
+  const WornFrame& frame = result_.glasses->fit.worn;
+  const auto built = BuildWornFrame(frame);
+  if (!built) return Fail(built);
+  const GlassesSource worn{{frame.design, {}, frame.adjustment}, WornFile{frame, {}, {}}, *built};
   PictureOptions picture;
   picture.size = 720;
   for (const auto& [name, caption] : {std::pair{"front", "Glasses worn, from the front"},

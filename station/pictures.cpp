@@ -11,6 +11,7 @@
 #include "render/make_up.h"
 #include "station/lens_choice.h"
 #include "station/picture_parts.h"
+#include "station/worn_lenses.h"
 
 namespace annulus {
 namespace {
@@ -123,6 +124,10 @@ struct Glasses {
   std::vector<std::string> notes;
 };
 
+double EyeHeight(const WornFrame& worn) {
+  return 0.5 * (worn.face.eye_right.position.z() + worn.face.eye_left.position.z());
+}
+
 /// Right and left: the spherical equivalent of the kept order, else what the look says.
 Result<std::array<double, 2>> PowersOf(const WornFile& worn, const std::string& name, const LensLook& look) {
   const auto kept = KeptOrderOf(worn, name);
@@ -132,15 +137,25 @@ Result<std::array<double, 2>> PowersOf(const WornFile& worn, const std::string& 
   return std::array<double, 2>{equivalent((*kept)->order.right), equivalent((*kept)->order.left)};
 }
 
-Result<Glasses> GlassesOf(const WornFile& worn, const std::string& name, const PictureOptions& options) {
+Result<Glasses> GlassesOf(const GlassesSource& source, const std::string& name, const PictureOptions& options) {
+  if (!source.worn) {
+    return Fail("draw " + name + " on a head", "nobody wears it: the file is a design",
+                "put it on the head first, with 'annulus glasses fit'");
+  }
   Glasses glasses;
-  auto frame = FrameItems(worn.worn, options.look);
+  auto frame = FrameItems(source.worn->worn, options.look);
   if (!frame) return Fail(frame);
   glasses.frame = std::move(*frame);
-  if (options.method == RenderMethod::kTrace) return glasses;
-  const auto powers = PowersOf(worn, name, options.look.lens);
+  if (options.method == RenderMethod::kTrace) {
+    auto lenses = WornLenses(source, options.look.lens, name);
+    if (!lenses) return Fail(lenses);
+    glasses.lenses = std::move(lenses->lenses);
+    glasses.notes = std::move(lenses->notes);
+    return glasses;
+  }
+  const auto powers = PowersOf(*source.worn, name, options.look.lens);
   if (!powers) return Fail(powers);
-  auto sheets = SheetItems(worn.worn, options.look.lens, *powers);
+  auto sheets = SheetItems(source.worn->worn, options.look.lens, *powers);
   if (!sheets) return Fail(sheets);
   glasses.sheets = std::move(*sheets);
   return glasses;
@@ -151,10 +166,10 @@ Result<Glasses> GlassesOf(const WornFile& worn, const std::string& name, const P
 /// What pictures of one model share.
 struct PictureStudio::Cache {
   /// What the camera must see: the whole model, or of a wearer the head and the frame.
-  [[nodiscard]] std::vector<Eigen::Vector3d> PointsOf(const WornFile* worn, const std::vector<SceneItem>& frame) const {
+  [[nodiscard]] std::vector<Eigen::Vector3d> PointsOf(const GlassesSource* worn,
+                                                      const std::vector<SceneItem>& frame) const {
     std::vector<Eigen::Vector3d> points;
-    const double eyes =
-        worn == nullptr ? 0.0 : 0.5 * (worn->worn.face.eye_right.position.z() + worn->worn.face.eye_left.position.z());
+    const double eyes = worn == nullptr ? 0.0 : EyeHeight(worn->worn->worn);
     for (const SceneItem& item : body) {
       for (const Eigen::Vector3d& vertex : item.mesh.vertices) {
         const bool seen = worn == nullptr || (vertex.z() > eyes - kHeadBelow && vertex.z() < eyes + kHeadAbove);
@@ -168,7 +183,7 @@ struct PictureStudio::Cache {
   }
 
   /// Width : height of the picture. A wearer's is the same for all views: they are looked at side by side.
-  [[nodiscard]] double AspectOf(const WornFile* worn, const View& view) const {
+  [[nodiscard]] double AspectOf(const GlassesSource* worn, const View& view) const {
     if (worn != nullptr) return kPortrait;
     // A little air on the narrow side, so that nothing is cramped.
     return std::min(kWidest, 1.12 * SeenAspect(BoundsOf(Scene{body, {}}), view));
@@ -243,8 +258,8 @@ PictureStudio::PictureStudio(const SurfaceModel& model) : model_(model), cache_(
 PictureStudio::~PictureStudio() = default;
 PictureStudio::PictureStudio(PictureStudio&&) noexcept = default;
 
-Result<Picture> PictureStudio::Take(const WornFile* worn, const std::string& worn_name, const PictureOptions& options,
-                                    const TaskContext& task) {
+Result<Picture> PictureStudio::Take(const GlassesSource* worn, const std::string& worn_name,
+                                    const PictureOptions& options, const TaskContext& task) {
   Glasses glasses;
   if (worn != nullptr) {
     auto made = GlassesOf(*worn, worn_name, options);
@@ -259,7 +274,8 @@ Result<Picture> PictureStudio::Take(const WornFile* worn, const std::string& wor
     skin.material.colour = options.look.skin;
   }
   if (IsMadeUp(skin.make_up) && !cache_->zones) {
-    const auto face = worn == nullptr ? FindFacePoints(model_.main().surface) : Result<FacePoints>(worn->worn.face);
+    const auto face =
+        worn == nullptr ? FindFacePoints(model_.main().surface) : Result<FacePoints>(worn->worn->worn.face);
     if (!face) return Fail(face);
     cache_->zones = MakeUpZones::On(model_.main().surface, *face);
   }

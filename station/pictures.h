@@ -8,13 +8,13 @@
 #include "base/progress.h"
 #include "base/result.h"
 #include "fitting/surface_model.h"
-#include "modeling/glasses/frame_json.h"
 #include "render/camera.h"
 #include "render/environment.h"
 #include "render/image.h"
 #include "render/look.h"
 #include "render/scene.h"
 #include "render/trace.h"
+#include "station/glasses_source.h"
 
 namespace annulus {
 
@@ -49,6 +49,7 @@ struct Picture {
   RgbImage image;
   Camera camera;
   std::vector<std::string> notes{};  ///< One line each.
+  std::string numbers{};             ///< JSON of what the picture shows, if it shows numbers.
 };
 
 /// Takes pictures of one model. What they share is made once: meshes, the head's layer of a camera (paper 000, §5).
@@ -60,11 +61,13 @@ class PictureStudio {
   ~PictureStudio();
   PictureStudio(PictureStudio&&) noexcept;
 
+  [[nodiscard]] const SurfaceModel& model() const { return model_; }
+
   /// Without glasses (`worn` null): the whole model, upright for a standing body, nearly square for a head. With: a
   /// square portrait of the head that wears them, also when the model is a whole body. `worn_name` is for messages.
-  /// Fails as Render, Tracer::Trace and the making of the lenses.
-  [[nodiscard]] Result<Picture> Take(const WornFile* worn, const std::string& worn_name, const PictureOptions& options,
-                                     const TaskContext& task);
+  /// Fails as Render, Tracer::Trace and WornLenses, and on glasses that nobody wears.
+  [[nodiscard]] Result<Picture> Take(const GlassesSource* worn, const std::string& worn_name,
+                                     const PictureOptions& options, const TaskContext& task);
 
  private:
   struct Cache;

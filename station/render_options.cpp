@@ -29,6 +29,9 @@ const std::map<std::string, PictureBackground> kBackgrounds{{"backdrop", Picture
                                                             {"none", PictureBackground::kNone},
                                                             {"environment", PictureBackground::kEnvironment}};
 
+const std::map<std::string, GazeSceneKind> kInsideScenes{{"shop", GazeSceneKind::kShop},
+                                                         {"grid", GazeSceneKind::kGrid}};
+
 /// An option that takes one of the names of a map.
 template <class Value, class Names>
 CLI::Option* AddChoice(CLI::App& command, const std::string& name, Value& value, const Names& names,
@@ -113,6 +116,25 @@ void AddLookOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--brows", request.brows, "of the brows")->type_name(layer)->group(group);
 }
 
+void AddInsideOptions(CLI::App& command, RenderRequest& request) {
+  const std::string group = "View from inside";
+  command.add_option("--inside", request.inside, "what the wearer sees with the right, left or both eyes")
+      ->check(CLI::IsMember({"right", "left", "both"}))
+      ->type_name("EYE")
+      ->group(group);
+  command.add_option("--gaze", request.gaze, "directions of gaze in degrees, left and up positive: \"0,0;20,-10\"")
+      ->type_name("LEFT,UP")
+      ->capture_default_str()
+      ->group(group);
+  command.add_flag("--inside-map", request.inside_map, "power and astigmatism over the lens instead of the view")
+      ->group(group);
+  AddChoice(command, "--inside-scene", request.inside_scene, kInsideScenes, "shop (default), or grid")->group(group);
+  command.add_option("--pupil-mm", request.pupil_mm, "diameter of the pupil; 0: all sharp")
+      ->check(CLI::Range(0.0, 9.0))
+      ->capture_default_str()
+      ->group(group);
+}
+
 /// Takes over a colour if one was typed.
 Status Take(const std::string& text, LinearRgb& colour) {
   if (text.empty()) return {};
@@ -171,6 +193,7 @@ void AddRenderOptions(CLI::App& command, RenderRequest& request) {
   AddPictureOptions(command, request);
   AddLookOptions(command, request);
   AddTraceOptions(command, request);
+  AddInsideOptions(command, request);
 }
 
 Status CheckRequest(const RenderRequest& request) {
@@ -178,9 +201,15 @@ Status CheckRequest(const RenderRequest& request) {
     return Fail("understand what picture is wanted", what + " is missing", "see annulus render --help");
   };
   if (request.model.empty()) return missing("the model");
-  if (request.view.empty()) return missing("--view");
-  const auto view = ParseView(request.view);
-  if (!view) return Fail(view);
+  if (!request.inside.empty()) {
+    if (request.worn.empty()) return missing("--worn, what is looked through,");
+    const auto inside = InsideOptionsOf(request);
+    if (!inside) return Fail(inside);
+  } else {
+    if (request.view.empty()) return missing("--view");
+    const auto view = ParseView(request.view);
+    if (!view) return Fail(view);
+  }
   for (const std::string& path : {request.out, request.alpha, request.depth, request.progressive}) {
     if (!path.empty()) RETURN_IF_ERROR(CheckImagePath(path));
   }
@@ -216,13 +245,29 @@ Result<Look> LookOf(const RenderRequest& request, Storage& storage) {
   return look;
 }
 
+Result<InsideViewOptions> InsideOptionsOf(const RenderRequest& request) {
+  InsideViewOptions options;
+  auto gazes = ParseGazes(request.gaze);
+  if (!gazes) return Fail(gazes);
+  options.gazes = std::move(*gazes);
+  if (request.inside == "right") options.eyes = {Eye::kRight};
+  if (request.inside == "left") options.eyes = {Eye::kLeft};
+  options.scene = request.inside_scene;
+  options.pupil_diameter = request.pupil_mm;
+  options.view.width = request.size;
+  options.view.height = std::max(16, 2 * request.size / 3);
+  return options;
+}
+
 Result<PictureOptions> PictureOptionsOf(const RenderRequest& request, Storage& storage) {
   PictureOptions options;
-  const auto view = ParseView(request.view);
-  if (!view) return Fail(view);
+  if (!request.view.empty()) {
+    const auto view = ParseView(request.view);
+    if (!view) return Fail(view);
+    options.view = *view;
+  }
   auto look = LookOf(request, storage);
   if (!look) return Fail(look);
-  options.view = *view;
   options.look = std::move(*look);
   options.size = request.size;
   options.method = request.method;

@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "base/storage.h"
+#include "station/inside_view.h"
 #include "station/pictures.h"
 
 namespace annulus {
@@ -30,6 +31,12 @@ struct RenderRequest {
   bool no_denoise = false;
   bool dispersion = false;
   std::string progressive;  ///< A file that is replaced whenever the picture has become better.
+  // View from inside.
+  std::string inside;  ///< "right", "left", "both"; empty: from outside.
+  std::string gaze = "0,0";
+  bool inside_map = false;
+  GazeSceneKind inside_scene = GazeSceneKind::kShop;
+  double pupil_mm = 4.0;
   // The look; what is absent is LOOK.json's, or the usual.
   std::string look;
   std::string frame_colour;
@@ -60,6 +67,9 @@ void AddRenderOptions(CLI::App& command, RenderRequest& request);
 
 /// The look: LOOK.json, and over it what was typed. Fails on a file that cannot be read and a colour that is none.
 [[nodiscard]] Result<Look> LookOf(const RenderRequest& request, Storage& storage);
+
+/// What a checked request for a view from inside wants.
+[[nodiscard]] Result<InsideViewOptions> InsideOptionsOf(const RenderRequest& request);
 
 /// The rest of a checked request.
 [[nodiscard]] Result<PictureOptions> PictureOptionsOf(const RenderRequest& request, Storage& storage);
