@@ -76,9 +76,8 @@ std::optional<std::string> FlawOf(const std::vector<Vector>& values, std::size_t
 std::optional<std::string> FlawOf(const SceneItem& item) {
   const std::size_t count = item.mesh.vertices.size();
   if (auto flaw = FlawOf(item.mesh)) return flaw;
-  if (auto flaw = FlawOf(item.normals, count, "normals", [](const Eigen::Vector3d& n) {
-        return n.allFinite() && n.cwiseAbs().maxCoeff() <= 1e6;
-      })) {
+  if (auto flaw = FlawOf(item.normals, count, "normals",
+                         [](const Eigen::Vector3d& n) { return n.allFinite() && n.cwiseAbs().maxCoeff() <= 1e6; })) {
     return flaw;
   }
   if (auto flaw = FlawOf(item.colours, count, "colours",

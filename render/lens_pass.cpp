@@ -86,8 +86,8 @@ class SheetPass {
     }
     for (const Fragment& fragment : layers) {
       const SurfacePoint point = sampler_.At(x, y, fragment.face, fragment.depth);
-      seen.light = seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) +
-                   LensHighlight(point.shading);
+      seen.light =
+          seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) + LensHighlight(point.shading);
     }
     return seen;
   }
@@ -152,7 +152,8 @@ class SheetPass {
       if (x < 0 || y < 0 || x >= picture_.grid.width || y >= picture_.grid.height) continue;
       const float stored = picture_.DepthAt(x, y);
       if (stored != depth && !(std::abs(static_cast<double>(stored) - static_cast<double>(depth)) <= limit)) continue;
-      const double weight = (k % 2 == 0 ? 1.0 - right_share : right_share) * (k / 2 == 0 ? 1.0 - lower_share : lower_share);
+      const double weight =
+          (k % 2 == 0 ? 1.0 - right_share : right_share) * (k / 2 == 0 ? 1.0 - lower_share : lower_share);
       const SeenLight seen = BehindAt(x, y);
       sum.light += static_cast<float>(weight) * seen.light;
       sum.cover += static_cast<float>(weight) * seen.cover;
