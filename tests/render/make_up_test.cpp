@@ -61,7 +61,9 @@ TEST(MakeUp, LiesOnTheFrontOfTheFaceOnly) {
   double brows = 0.0;
   for (const Vector3d& p : head.mesh.vertices) {
     const MakeUpCover cover = head.zones.At(p);
-    if (cover.lips + cover.cheeks + cover.brows > 0.0) EXPECT_GT(p.y(), 0.0);
+    if (cover.lips + cover.cheeks + cover.brows > 0.0) {
+      EXPECT_GT(p.y(), 0.0);
+    }
     if (cover.lips > 0.0) {
       EXPECT_NEAR(p.z(), eyes - 71.5 * head.variation.size, 16.0);
     }
