@@ -2,11 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "base/ensure.h"
 #include "base/units.h"
 #include "render/studio.h"
+#include "render/tone.h"
 
 namespace annulus {
 namespace {
@@ -74,25 +77,59 @@ LinearRgb SkinLight(const Eigen::Vector3f& normal) {
   return sum;
 }
 
-LinearRgb ShadeDielectric(const Material& material, const ShadingPoint& point) {
+LinearRgb DiffuseLight(const Material& material, const Eigen::Vector3f& normal) {
+  if (material.finish == Finish::kSkin) return SkinLight(normal);
+  if (material.finish != Finish::kTranslucent) return MatteLight(normal);
+  return (1.0F - material.translucency) * MatteLight(normal) + material.translucency * MatteLight(-normal);
+}
+
+LinearRgb ShadeDielectric(const Material& material, const LinearRgb& colour, const ShadingPoint& point) {
   const float n_dot_v = std::max(1e-3F, point.normal.dot(point.to_eye));
   const float fresnel = DielectricFresnel(n_dot_v) * (1.0F - 0.7F * material.roughness);
-  const LinearRgb light = material.finish == Finish::kSkin ? SkinLight(point.normal) : MatteLight(point.normal);
+  const LinearRgb light = DiffuseLight(material, point.normal);
   const Eigen::Vector3f mirrored = Mirrored(point);
   LinearRgb walls = StudioWalls(mirrored, material.roughness);
-  if (material.finish == Finish::kPlastic) walls += 0.6F * StudioLamps(mirrored, material.roughness);
+  if (material.finish != Finish::kSkin) walls += 0.6F * StudioLamps(mirrored, material.roughness);
   // Skin is not a closed film: most of its gloss is broken by pores and fine hair.
   const float gloss = material.finish == Finish::kSkin ? 0.35F : 1.0F;
-  return (1.0F - fresnel) * material.colour.cwiseProduct(light) + gloss * LightHighlights(material, point, n_dot_v) +
+  return (1.0F - fresnel) * colour.cwiseProduct(light) + gloss * LightHighlights(material, point, n_dot_v) +
          fresnel * walls;
 }
 
-LinearRgb ShadeMetal(const Material& material, const ShadingPoint& point) {
+LinearRgb ShadeMetal(const Material& material, const LinearRgb& colour, const ShadingPoint& point) {
   const float grazing = GrazingShare(std::max(0.0F, point.normal.dot(point.to_eye)));
-  const LinearRgb reflectance = material.colour + grazing * (LinearRgb::Ones() - material.colour);
+  const LinearRgb reflectance = colour + grazing * (LinearRgb::Ones() - colour);
   const Eigen::Vector3f mirrored = Mirrored(point);
   const LinearRgb seen = StudioWalls(mirrored, material.roughness) + 0.8F * StudioLamps(mirrored, material.roughness);
   return reflectance.cwiseProduct(seen);
+}
+
+/// Across the grooves of a brushed surface, within it.
+Eigen::Vector3f AcrossGrooves(const ShadingPoint& point) {
+  for (const Eigen::Vector3f& along :
+       {point.along, Eigen::Vector3f(1.0F, 0.0F, 0.0F), Eigen::Vector3f(0.0F, 1.0F, 0.0F)}) {
+    const Eigen::Vector3f across = point.normal.cross(along);
+    const float length = across.norm();
+    if (length > 1e-3F) return across / length;
+  }
+  return Eigen::Vector3f::Zero();
+}
+
+/// The walls of the grooves lean to both sides: what the surface mirrors is drawn out across them, a fan of mirrors.
+LinearRgb ShadeBrushed(const Material& material, const LinearRgb& colour, const ShadingPoint& point) {
+  constexpr std::array<float, 7> kLean = {-1.8F, -1.1F, -0.5F, 0.0F, 0.5F, 1.1F, 1.8F};
+  constexpr std::array<float, 7> kShare = {0.04F, 0.12F, 0.21F, 0.26F, 0.21F, 0.12F, 0.04F};  // about Gaussian, sum 1
+  const Eigen::Vector3f across = AcrossGrooves(point);
+  const float spread = 0.08F + 0.6F * material.roughness;
+  const float rest = 0.08F + 0.4F * material.roughness;  // blur along the grooves, and between the mirrors
+  LinearRgb seen = LinearRgb::Zero();
+  for (std::size_t k = 0; k < kLean.size(); ++k) {
+    const Eigen::Vector3f normal = (point.normal + spread * kLean[k] * across).normalized();
+    const Eigen::Vector3f mirrored = 2.0F * normal.dot(point.to_eye) * normal - point.to_eye;
+    seen += kShare[k] * (StudioWalls(mirrored, rest) + 0.8F * StudioLamps(mirrored, rest));
+  }
+  const float grazing = GrazingShare(std::max(0.0F, point.normal.dot(point.to_eye)));
+  return (colour + grazing * (LinearRgb::Ones() - colour)).cwiseProduct(seen);
 }
 
 /// Relative luminance of the sRGB primaries (IEC 61966-2-1).
@@ -103,13 +140,6 @@ constexpr double kDeepestTint = 0.02;
 constexpr double kPalestTint = 0.97;
 /// Beyond it every dye is black: 0.97^4096 < 1e-54.
 constexpr double kThickestDye = 4096.0;
-
-/// Leaves the lower three quarters alone and bends the rest smoothly below 1, as film does.
-float SoftLimit(float value) {
-  constexpr float kKnee = 0.75F;
-  constexpr float kRoom = 1.0F - kKnee;
-  return value <= kKnee ? value : kKnee + kRoom * (1.0F - std::exp((kKnee - value) / kRoom));
-}
 
 }  // namespace
 
@@ -162,12 +192,24 @@ Material LensSheetMaterial(const LinearRgb& tint, double transmittance) {
   return material;
 }
 
-LinearRgb Shade(const Material& material, const ShadingPoint& point) {
+LinearRgb Shade(const Material& material, const LinearRgb& colour, const ShadingPoint& point) {
   ENSURE(material.finish != Finish::kLens, "a lens has no surface colour of its own");
-  const LinearRgb light =
-      material.finish == Finish::kMetal ? ShadeMetal(material, point) : ShadeDielectric(material, point);
-  return light.unaryExpr([](float value) { return SoftLimit(value); });
+  const auto light = [&]() -> LinearRgb {
+    switch (material.finish) {
+      case Finish::kMatte:
+        return colour.cwiseProduct(MatteLight(point.normal));
+      case Finish::kMetal:
+        return ShadeMetal(material, colour, point);
+      case Finish::kBrushed:
+        return ShadeBrushed(material, colour, point);
+      default:
+        return ShadeDielectric(material, colour, point);
+    }
+  }();
+  return SoftLimit(light);
 }
+
+LinearRgb Shade(const Material& material, const ShadingPoint& point) { return Shade(material, material.colour, point); }
 
 LinearRgb LensHighlight(const ShadingPoint& point) {
   constexpr float kLensRoughness = 0.02F;

@@ -47,12 +47,16 @@ struct Material {
 
 /// A point to be shaded. Camera frame of camera.h with z turned towards the eye: x right, y up, z to the viewer.
 struct ShadingPoint {
-  Eigen::Vector3f normal;  ///< Unit, on the viewer's side.
-  Eigen::Vector3f to_eye;  ///< Unit.
+  Eigen::Vector3f normal;                           ///< Unit, on the viewer's side.
+  Eigen::Vector3f to_eye;                           ///< Unit.
+  Eigen::Vector3f along = Eigen::Vector3f::Zero();  ///< Of the grooves of kBrushed; need not be unit; zero: any.
 };
 
 /// Light that leaves an opaque surface towards the eye under the studio's lights, linear, softly limited to below 1.
-/// Requires a finish other than kLens.
+/// `colour` (0 … 1) takes the place of the material's: texture and vertex colours applied. Requires a finish other than
+/// kLens.
+[[nodiscard]] LinearRgb Shade(const Material& material, const LinearRgb& colour, const ShadingPoint& point);
+/// The same in the material's own colour.
 [[nodiscard]] LinearRgb Shade(const Material& material, const ShadingPoint& point);
 
 /// Light that a lens surface adds by mirroring the studio's lamps; exactly 0 where none is mirrored.

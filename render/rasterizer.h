@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/camera.h"
+#include "render/sample_window.h"
 
 namespace annulus {
 
@@ -27,6 +28,7 @@ struct PixelSamples {
   double near_mm = 1.0;      ///< As Camera::near_mm.
   int width = 0;             ///< Samples, 1 … 65536.
   int height = 0;            ///< Samples, 1 … 65536.
+  int supersampling = 1;     ///< Samples per pixel along each side, >= 1; width and height are multiples of it.
   int threads = 1;           ///< >= 1; no result depends on it.
 
   /// mm (orthographic) or slope (perspective) per sample, the same in both directions.
@@ -39,10 +41,21 @@ struct PixelSamples {
   }
 };
 
-/// What is nearest at each sample. Row-major, row 0 at the top.
+/// What is nearest at each sample of a window; nothing is outside it.
 struct VisibilityBuffer {
+  SampleWindow window;
   std::vector<float> depth;         ///< mm along the optical axis; infinite where nothing is.
   std::vector<std::uint32_t> face;  ///< Index into CameraMesh::faces; kNoFace where nothing is.
+};
+
+/// How far a sample is seen: up to `depth` within `window`, infinitely far elsewhere. Borrowed for one call.
+struct DepthLimit {
+  const SampleWindow& window;
+  const std::vector<float>& depth;
+
+  [[nodiscard]] float At(int x, int y) const {
+    return window.Contains(x, y) ? depth[window.Index(x, y)] : std::numeric_limits<float>::infinity();
+  }
 };
 
 /// One sample of one face.
@@ -53,13 +66,13 @@ struct Fragment {
 };
 
 /// The nearest face at each sample centre (of equally near ones the first), clipped at the near plane, both sides of a
-/// face. Samples on a shared edge belong to exactly one face; faces without area are skipped. Where `stop` is requested
-/// the rest stays empty.
+/// face. Samples on a shared edge belong to exactly one face; faces without area are skipped. The window is the
+/// smallest of whole pixels that holds all vertices, or the whole picture where one must be clipped. Where `stop` is
+/// requested the rest stays empty.
 [[nodiscard]] VisibilityBuffer RasterizeNearest(const CameraMesh& mesh, const PixelSamples& grid, std::stop_token stop);
 
-/// Every fragment nearer than `depth_limit` (one per sample), ordered by sample, within a sample from far to near, then
-/// by face.
+/// Every fragment nearer than `limit`, ordered by sample, within a sample from far to near, then by face.
 [[nodiscard]] std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const PixelSamples& grid,
-                                                 const std::vector<float>& depth_limit, std::stop_token stop);
+                                                 const DepthLimit& limit, std::stop_token stop);
 
 }  // namespace annulus

@@ -1,13 +1,17 @@
 #include "render/scene.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <cstddef>
 #include <string>
 
 #include "render/bands.h"
+#include "render/check_scene.h"
+#include "render/lens_pass.h"
 #include "render/occlusion.h"
+#include "render/opaque_picture.h"
 #include "render/prepared_scene.h"
+#include "render/surface_sampler.h"
 
 namespace annulus {
 namespace {
@@ -20,88 +24,116 @@ Status CheckStop(const TaskContext& task) {
   return Fail(kAttempted, "it was stopped", "start it again when you want it");
 }
 
-/// Light of the backdrop in pixel (x, y): bright a little above the middle, darker towards the corners.
-LinearRgb BackdropAt(const RenderOptions& options, int x, int y) {
-  const double size = std::max(options.width, options.height);
-  const double dx = (x + 0.5 - 0.5 * options.width) / size;
-  const double dy = (y + 0.5 - 0.42 * options.height) / size;
-  const double share = std::min(1.0, std::sqrt(dx * dx + dy * dy) / 0.72);
-  const auto blend = static_cast<float>(share * share * (3.0 - 2.0 * share));
-  return options.backdrop.centre + blend * (options.backdrop.edge - options.backdrop.centre);
-}
+constexpr int kRowsPerBand = 8;
 
-void ShadeRow(const PreparedScene& prepared, const PixelSamples& grid, const VisibilityBuffer& seen, int row,
-              Layer& layer) {
-  const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width);
-  for (std::size_t sample = first; sample < first + static_cast<std::size_t>(grid.width); ++sample) {
-    if (seen.face[sample] == kNoFace) continue;
-    const ShadingPoint point =
-        SurfaceAt(prepared, grid, {static_cast<std::uint32_t>(sample), seen.face[sample], seen.depth[sample]});
-    layer.normal[sample] = point.normal;
-    layer.rgb[sample] = Shade(prepared.MaterialOf(seen.face[sample]), point);
+/// Shades some rows of a layer.
+void ShadeRows(const PreparedScene& prepared, const PixelSamples& grid, const VisibilityBuffer& seen,
+               std::array<int, 2> rows, Layer& layer) {
+  SurfaceSampler sampler(prepared, grid);
+  const SampleWindow& window = seen.window;
+  for (int y = rows[0]; y < rows[1]; ++y) {
+    for (int x = window.column; x < window.column_end(); ++x) {
+      const std::size_t sample = window.Index(x, y);
+      if (seen.face[sample] == kNoFace) {
+        layer.normal[sample].setZero();
+        layer.rgb[sample].setZero();
+        continue;
+      }
+      const SurfacePoint point = sampler.At(x, y, seen.face[sample], seen.depth[sample]);
+      layer.normal[sample] = point.shading.normal;
+      layer.rgb[sample] = Shade(*point.material, point.colour, point.shading);
+    }
   }
 }
-
-/// What the lenses do to the picture.
-struct LensPass {
-  PreparedScene prepared;
-  std::vector<Fragment> fragments;  // by sample, far to near
-};
 
 /// Everything that turns a layer into pixels; borrowed from FinishImage's arguments for the duration of that call.
 struct FinishPass {
-  const Layer& layer;
-  const RenderOptions& options;
-  const PixelSamples& grid;
-  const LensPass& lenses;
-  const std::vector<float>& visibility;
-
-  /// The light of one row of samples, lenses included.
-  [[nodiscard]] std::vector<LinearRgb> SampleRow(int row) const {
-    const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width);
-    std::vector<LinearRgb> light(static_cast<std::size_t>(grid.width));
-    for (int x = 0; x < grid.width; ++x) {
-      const int pixel_x = x / options.supersampling;
-      const int pixel_y = row / options.supersampling;
-      const std::size_t sample = first + static_cast<std::size_t>(x);
-      const std::size_t pixel = static_cast<std::size_t>(pixel_y) * static_cast<std::size_t>(options.width) +
-                                static_cast<std::size_t>(pixel_x);
-      const auto strength = static_cast<float>(options.occlusion);
-      light[static_cast<std::size_t>(x)] =
-          layer.depth[sample] == kNoDepth
-              ? BackdropAt(options, pixel_x, pixel_y)
-              : LinearRgb(layer.rgb[sample] * (1.0F - strength * (1.0F - visibility[pixel])));
-    }
-    AddLenses(first, light);
-    return light;
-  }
-
-  void AddLenses(std::size_t first, std::vector<LinearRgb>& light) const {
-    const auto is_before = [](const Fragment& fragment, std::size_t sample) { return fragment.sample < sample; };
-    auto fragment = std::lower_bound(lenses.fragments.begin(), lenses.fragments.end(), first, is_before);
-    for (; fragment != lenses.fragments.end() && fragment->sample < first + light.size(); ++fragment) {
-      LinearRgb& behind = light[fragment->sample - first];
-      const Material& material = lenses.prepared.MaterialOf(fragment->face);
-      behind = behind.cwiseProduct(material.transmittance) + LensHighlight(SurfaceAt(lenses.prepared, grid, *fragment));
-    }
-  }
+  const OpaquePicture& picture;
+  const LensPicture& lenses;
 
   /// Box filter over the samples of each pixel of row `y`.
   void FinishRow(int y, RgbImage& image) const {
+    const RenderOptions& options = picture.options;
+    const SampleWindow& window = picture.layer.window;
     const int side = options.supersampling;
-    const float weight = 1.0F / static_cast<float>(side * side);
-    for (int row = y * side; row < (y + 1) * side; ++row) {
-      const std::vector<LinearRgb> light = SampleRow(row);
-      for (int x = 0; x < grid.width; ++x) {
-        const std::size_t pixel = image.Index(x / side, y);
-        const std::size_t sample =
-            static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
-        image.rgb[pixel] += weight * light[static_cast<std::size_t>(x)];
-        image.depth[pixel] = std::min(image.depth[pixel], layer.depth[sample]);
+    for (int x = 0; x < options.width; ++x) {
+      const std::size_t pixel = image.Index(x, y);
+      const bool through_lenses = lenses.window.Contains(x * side, y * side);
+      if (!through_lenses && !window.Contains(x * side, y * side)) {  // windows are whole pixels
+        image.rgb[pixel] = BackdropAt(options, x, y);
+        image.depth[pixel] = kNoDepth;
+        image.alpha[pixel] = 0.0F;
+        continue;
+      }
+      if (through_lenses) {
+        FinishThroughLenses(x, y, image);
+      } else {
+        FinishOpaque(x, y, image);
       }
     }
   }
+
+ private:
+  void FinishOpaque(int x, int y, RgbImage& image) const {
+    const Layer& layer = picture.layer;
+    const int side = picture.options.supersampling;
+    LinearRgb sum = LinearRgb::Zero();
+    float nearest = kNoDepth;
+    int covered = 0;
+    for (int k = 0; k < side * side; ++k) {
+      const std::size_t sample = layer.window.Index(x * side + k % side, y * side + k / side);
+      if (layer.depth[sample] == kNoDepth) continue;
+      sum += layer.rgb[sample];
+      nearest = std::min(nearest, layer.depth[sample]);
+      ++covered;
+    }
+    const std::size_t pixel = image.Index(x, y);
+    const float weight = 1.0F / static_cast<float>(side * side);
+    LinearRgb light = sum * picture.Kept(pixel);
+    if (covered < side * side) {
+      light += static_cast<float>(side * side - covered) * BackdropAt(picture.options, x, y);
+    }
+    image.rgb[pixel] = weight * light;
+    image.depth[pixel] = nearest;
+    image.alpha[pixel] = weight * static_cast<float>(covered);
+  }
+
+  void FinishThroughLenses(int x, int y, RgbImage& image) const {
+    const int side = picture.options.supersampling;
+    SeenLight sum;
+    float nearest = kNoDepth;
+    for (int k = 0; k < side * side; ++k) {
+      const SeenLight& seen = lenses.seen[lenses.window.Index(x * side + k % side, y * side + k / side)];
+      sum.light += seen.light;
+      sum.cover += seen.cover;
+      nearest = std::min(nearest, picture.DepthAt(x * side + k % side, y * side + k / side));
+    }
+    const std::size_t pixel = image.Index(x, y);
+    const float weight = 1.0F / static_cast<float>(side * side);
+    image.rgb[pixel] = weight * sum.light;
+    image.depth[pixel] = nearest;
+    image.alpha[pixel] = std::min(1.0F, weight * sum.cover);
+  }
 };
+
+/// Copies what `layer` shows into the larger window of `whole`.
+void CopyInto(const Layer& layer, Layer& whole) {
+  for (int y = layer.window.row; y < layer.window.row_end(); ++y) {
+    const auto from = static_cast<std::ptrdiff_t>(layer.window.Index(layer.window.column, y));
+    const auto to = static_cast<std::ptrdiff_t>(whole.window.Index(layer.window.column, y));
+    std::copy_n(layer.rgb.begin() + from, layer.window.width, whole.rgb.begin() + to);
+    std::copy_n(layer.depth.begin() + from, layer.window.width, whole.depth.begin() + to);
+    std::copy_n(layer.normal.begin() + from, layer.window.width, whole.normal.begin() + to);
+  }
+}
+
+Status CheckLayer(const Layer& layer, const PixelSamples& grid) {
+  if (layer.width == grid.width && layer.height == grid.height && layer.rgb.size() == layer.window.Count() &&
+      layer.window == Grown(layer.window, 0, grid.width, grid.height)) {
+    return {};
+  }
+  return Fail(kAttempted, "the layer was drawn with another size or supersampling", "draw the layer again");
+}
 
 }  // namespace
 
@@ -116,7 +148,7 @@ Eigen::AlignedBox3d BoundsOf(const Scene& scene) {
 Result<Layer> RenderLayer(const Scene& scene, const Camera& camera, const RenderOptions& options,
                           const TaskContext& task) {
   RETURN_IF_ERROR(CheckRequest(camera, options));
-  Result<PreparedScene> prepared = PrepareScene(scene, ScenePart::kOpaque, camera);
+  const Result<PreparedScene> prepared = PrepareScene(scene, ScenePart::kOpaque, camera);
   if (!prepared) return Fail(prepared);
   const PixelSamples grid = GridOf(camera, options);
   task.Report(kStage, 0.0, 3.0);
@@ -125,12 +157,27 @@ Result<Layer> RenderLayer(const Scene& scene, const Camera& camera, const Render
   Layer layer;
   layer.width = grid.width;
   layer.height = grid.height;
-  layer.rgb.assign(seen.depth.size(), LinearRgb::Zero());
-  layer.normal.assign(seen.depth.size(), Eigen::Vector3f::Zero());
-  ForEachBand(grid.height, grid.threads, task.stop, [&](int row) { ShadeRow(*prepared, grid, seen, row, layer); });
+  layer.window = seen.window;
+  layer.rgb.resize(seen.depth.size());
+  layer.normal.resize(seen.depth.size());
+  const int bands = (seen.window.height + kRowsPerBand - 1) / kRowsPerBand;
+  ForEachBand(bands, grid.threads, task.stop, [&](int band) {
+    const int from = seen.window.row + band * kRowsPerBand;
+    ShadeRows(*prepared, grid, seen, {from, std::min(from + kRowsPerBand, seen.window.row_end())}, layer);
+  });
   layer.depth = std::move(seen.depth);
   RETURN_IF_ERROR(CheckStop(task));
   task.Report(kStage, 2.0, 3.0);
+  return layer;
+}
+
+Result<Layer> WithAmbientLight(Layer layer, const Camera& camera, const RenderOptions& options,
+                               const TaskContext& task) {
+  RETURN_IF_ERROR(CheckRequest(camera, options));
+  const PixelSamples grid = GridOf(camera, options);
+  RETURN_IF_ERROR(CheckLayer(layer, grid));
+  layer.ambient = JudgeAmbientLight(layer, grid, task.stop);
+  RETURN_IF_ERROR(CheckStop(task));
   return layer;
 }
 
@@ -141,13 +188,36 @@ Result<Layer> Compose(const Layer& first, const Layer& second) {
                     std::to_string(second.width) + " x " + std::to_string(second.height) + " samples",
                 "draw both with the same size and supersampling");
   }
-  Layer composed = first;
-  for (std::size_t k = 0; k < composed.depth.size(); ++k) {
-    if (!(second.depth[k] < first.depth[k])) continue;
-    composed.depth[k] = second.depth[k];
-    composed.rgb[k] = second.rgb[k];
-    composed.normal[k] = second.normal[k];
+  Layer composed;
+  composed.window = Union(first.window, second.window);
+  if (composed.window == first.window) {
+    composed = first;
+  } else {
+    composed.width = first.width;
+    composed.height = first.height;
+    composed.rgb.assign(composed.window.Count(), LinearRgb::Zero());
+    composed.depth.assign(composed.window.Count(), kNoDepth);
+    composed.normal.assign(composed.window.Count(), Eigen::Vector3f::Zero());
+    composed.ambient = first.ambient;
+    CopyInto(first, composed);
   }
+  SampleWindow changed;
+  for (int y = second.window.row; y < second.window.row_end(); ++y) {
+    int left = second.window.column_end();
+    int right = second.window.column - 1;
+    for (int x = second.window.column; x < second.window.column_end(); ++x) {
+      const std::size_t from = second.window.Index(x, y);
+      const std::size_t to = composed.window.Index(x, y);
+      if (!(second.depth[from] < composed.depth[to])) continue;
+      composed.depth[to] = second.depth[from];
+      composed.rgb[to] = second.rgb[from];
+      composed.normal[to] = second.normal[from];
+      left = std::min(left, x);
+      right = x;
+    }
+    if (left <= right) changed = Union(changed, {left, y, right - left + 1, 1});
+  }
+  composed.ambient.stale = Union(composed.ambient.stale, changed);
   return composed;
 }
 
@@ -155,17 +225,26 @@ Result<RgbImage> FinishImage(const Layer& layer, const Scene& scene, const Camer
                              const TaskContext& task) {
   RETURN_IF_ERROR(CheckRequest(camera, options));
   const PixelSamples grid = GridOf(camera, options);
-  if (layer.width != grid.width || layer.height != grid.height) {
-    return Fail(kAttempted, "the layer was drawn with another size or supersampling", "draw the layer again");
-  }
-  Result<PreparedScene> prepared = PrepareScene(scene, ScenePart::kLenses, camera);
+  RETURN_IF_ERROR(CheckLayer(layer, grid));
+  const Result<PreparedScene> prepared = PrepareScene(scene, ScenePart::kLenses, camera);
   if (!prepared) return Fail(prepared);
-  LensPass lenses{std::move(*prepared), {}};
-  lenses.fragments = RasterizeAll(lenses.prepared.mesh, grid, layer.depth, task.stop);
-  const std::vector<float> visibility = AmbientVisibility(layer, grid, options.supersampling, task.stop);
-  const FinishPass pass{layer, options, grid, lenses, visibility};
-  RgbImage image = RgbImage::Filled(options.width, options.height, LinearRgb::Zero());
-  ForEachBand(options.height, grid.threads, task.stop, [&](int y) { pass.FinishRow(y, image); });
+  const AmbientLight ambient = options.occlusion > 0.0 ? JudgeAmbientLight(layer, grid, task.stop) : AmbientLight{};
+  const OpaquePicture picture{layer, options, grid, ambient.visibility};
+  const LensPicture lenses = DrawLenses(*prepared, picture, options.lens_medium, task.stop);
+  const FinishPass pass{picture, lenses};
+  RgbImage image;
+  image.width = options.width;
+  image.height = options.height;
+  const std::size_t pixels = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
+  image.rgb.resize(pixels);
+  image.depth.resize(pixels);
+  image.alpha.resize(pixels);
+  const int bands = (options.height + kRowsPerBand - 1) / kRowsPerBand;
+  ForEachBand(bands, grid.threads, task.stop, [&](int band) {
+    for (int y = band * kRowsPerBand; y < std::min(options.height, (band + 1) * kRowsPerBand); ++y) {
+      pass.FinishRow(y, image);
+    }
+  });
   RETURN_IF_ERROR(CheckStop(task));
   task.Report(kStage, 3.0, 3.0);
   return image;

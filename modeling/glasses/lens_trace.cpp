@@ -12,16 +12,6 @@ tl::unexpected<Error> Refuse(const char* seen) {
   return Fail("trace a ray through the lens", seen, "use a flatter lens, less tilt or a smaller angle of gaze");
 }
 
-/// Snell's law for a ray that runs along `direction` (unit) through a surface of unit normal `normal` (either side),
-/// `ratio` = index before / index behind. None at total reflection.
-std::optional<Eigen::Vector3d> Refracted(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
-                                         double ratio) {
-  const double cosine = direction.dot(normal);
-  const double inside = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-  if (!(inside >= 0.0)) return std::nullopt;
-  return ratio * direction + (std::copysign(std::sqrt(inside), cosine) - ratio * cosine) * normal;
-}
-
 /// Vergence (1/mm, positive converging) as a symmetric 3 × 3 matrix on the plane across the ray; multiplied by the
 /// index of its medium. Equating the phases n(k·r − ½ rᵀVr) of both sides on the surface r = t − ½(tᵀKt)N gives, for
 /// all tangents t, n'tᵀV't = n·tᵀVt + (n k·N − n' k'·N) tᵀKt; each e across k' belongs to the tangent that lies behind
@@ -52,11 +42,11 @@ struct ChiefRay {
 /// across the ray in the eye's space.
 Result<TracedPower> TraceChief(const LensForm& form, const ChiefRay& chief, const Eigen::Matrix<double, 3, 2>& axes,
                                double behind_back) {
-  const auto in_glass = Refracted(chief.in_eye, chief.back.normal, 1.0 / form.index);
+  const auto in_glass = RefractedDirection(chief.in_eye, chief.back.normal, 1.0 / form.index);
   if (!in_glass) return Refuse("the ray does not enter the back surface");
   const auto front = Meet(form.front, chief.back.point, *in_glass);
   if (!front) return Refuse("the ray misses the front surface");
-  const auto outside = Refracted(*in_glass, front->normal, form.index);
+  const auto outside = RefractedDirection(*in_glass, front->normal, form.index);
   if (!outside) return Refuse("the ray is totally reflected at the front surface");
   // Light runs the other way.
   const double path = (front->point - chief.back.point).norm();
@@ -76,6 +66,27 @@ Result<TracedPower> TraceChief(const LensForm& form, const ChiefRay& chief, cons
 
 }  // namespace
 
+std::optional<Eigen::Vector3d> RefractedDirection(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
+                                                  double ratio) {
+  const double cosine = direction.dot(normal);
+  const double inside = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
+  if (!(inside >= 0.0)) return std::nullopt;
+  return ratio * direction + (std::copysign(std::sqrt(inside), cosine) - ratio * cosine) * normal;
+}
+
+Eigen::Vector3d DirectionOf(const Gaze& gaze) {
+  return {std::sin(gaze.left) * std::cos(gaze.up), std::sin(gaze.up), std::cos(gaze.left) * std::cos(gaze.up)};
+}
+
+Gaze GazeAlong(const Eigen::Vector3d& direction) {
+  return {std::atan2(direction.x(), direction.z()),
+          std::atan2(direction.y(), std::hypot(direction.x(), direction.z()))};
+}
+
+Eigen::Matrix3d ViewFromTurned(const Gaze& gaze) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), DirectionOf(gaze)).toRotationMatrix();
+}
+
 LensPose PoseOf(double pantoscopic, double face_form, double vertex_distance, Eye eye) {
   const double outward = eye == Eye::kRight ? -face_form : face_form;
   LensPose pose;
@@ -89,11 +100,7 @@ Result<TracedPower> TraceAsWorn(const LensForm& form, const LensPose& pose, cons
   const Eigen::Matrix3d lens_from_view = pose.view_from_lens.transpose();
   const double to_centre = pose.vertex_distance + kRotationCentreBehindCornea;
   const Eigen::Vector3d rotation_centre = form.back_point - to_centre * lens_from_view.col(2);
-  const Eigen::Vector3d looking(std::sin(gaze.left) * std::cos(gaze.up), std::sin(gaze.up),
-                                std::cos(gaze.left) * std::cos(gaze.up));
-  // The eye turns by Listing's law: the shortest way from straight ahead.
-  const Eigen::Matrix3d turned =
-      lens_from_view * Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), looking).toRotationMatrix();
+  const Eigen::Matrix3d turned = lens_from_view * ViewFromTurned(gaze);
   const auto back = Meet(form.back, rotation_centre, turned.col(2));
   if (!back) return Refuse("the line of sight misses the back surface");
   const double behind_back = (back->point - rotation_centre).norm() - to_centre;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "base/result.h"
 #include "modeling/glasses/lens_power.h"
@@ -34,6 +35,18 @@ struct Gaze {
   double left = 0.0;
   double up = 0.0;
 };
+
+/// Where the eye looks, unit, view frame.
+[[nodiscard]] Eigen::Vector3d DirectionOf(const Gaze& gaze);
+/// The gaze along a direction (view frame, z > 0; any length).
+[[nodiscard]] Gaze GazeAlong(const Eigen::Vector3d& direction);
+/// The turned eye's axes (left, up, forward) in the view: by Listing's law, the shortest way from straight ahead.
+[[nodiscard]] Eigen::Matrix3d ViewFromTurned(const Gaze& gaze);
+
+/// Snell's law for a ray that runs along `direction` (unit) through a surface of unit normal `normal` (either side),
+/// `ratio` = index before / index behind. None at total reflection.
+[[nodiscard]] std::optional<Eigen::Vector3d> RefractedDirection(const Eigen::Vector3d& direction,
+                                                                const Eigen::Vector3d& normal, double ratio);
 
 /// The exact trace: the chief ray from the eye's centre of rotation through both surfaces; the wavefront around it by
 /// the generalised Coddington equations; its vergence where the ray meets the sphere about the centre of rotation that
