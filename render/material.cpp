@@ -9,6 +9,7 @@
 #include "base/ensure.h"
 #include "base/units.h"
 #include "render/studio.h"
+#include "render/tone.h"
 
 namespace annulus {
 namespace {
@@ -140,13 +141,6 @@ constexpr double kPalestTint = 0.97;
 /// Beyond it every dye is black: 0.97^4096 < 1e-54.
 constexpr double kThickestDye = 4096.0;
 
-/// Leaves the lower three quarters alone and bends the rest smoothly below 1, as film does.
-float SoftLimit(float value) {
-  constexpr float kKnee = 0.75F;
-  constexpr float kRoom = 1.0F - kKnee;
-  return value <= kKnee ? value : kKnee + kRoom * (1.0F - std::exp((kKnee - value) / kRoom));
-}
-
 }  // namespace
 
 Material PlasticMaterial(const LinearRgb& colour) {
@@ -212,7 +206,7 @@ LinearRgb Shade(const Material& material, const LinearRgb& colour, const Shading
         return ShadeDielectric(material, colour, point);
     }
   }();
-  return {SoftLimit(light[0]), SoftLimit(light[1]), SoftLimit(light[2])};
+  return SoftLimit(light);
 }
 
 LinearRgb Shade(const Material& material, const ShadingPoint& point) { return Shade(material, material.colour, point); }

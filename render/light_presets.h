@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "render/colour.h"
+#include "render/environment.h"
+
+namespace annulus {
+
+/// The places of LightPreset as formulas: what is seen in a unit direction of the light frame (environment.h), before
+/// exposure. Finite, >= 0, without jumps.
+[[nodiscard]] LinearRgb PresetRadiance(LightPreset preset, const Eigen::Vector3f& direction);
+
+/// The factor that exposes the place: a white matte surface that faces the main light then reflects 0.85 (luminance).
+[[nodiscard]] float PresetExposure(LightPreset preset);
+
+}  // namespace annulus
