@@ -79,7 +79,11 @@ MarchEnd MarchRay(const OpaquePicture& picture, const Eigen::Vector3d& start, co
     const double share = static_cast<double>(k) / steps;
     const double depth = ray.DepthAt(share);
     const auto [x, y] = sample_at(share);
-    if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) break;
+    if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) {
+      const auto [seen_x, seen_y] = sample_at(last_in_sight);
+      hidden = picture.DepthAt(seen_x, seen_y) != kNoDepth;  // it left the picture over something
+      break;
+    }
     const double stored = picture.DepthAt(x, y);
     const double sample_size = grid.Pitch() * (is_perspective ? depth : 1.0);
     if (!(depth >= stored)) {
