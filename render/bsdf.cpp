@@ -70,7 +70,7 @@ Bsdf::Bsdf(const Material& material, const LinearRgb& colour) {
       facets_ = Facets::Polished(material.roughness);
       table_ = &GlossTable::Polished();
       row_ = GlossTable::RowOf(material.roughness);
-      mean_left_over_ = 1.0F - table_->MeanAlbedo(row_);
+      mean_left_over_ = 1.0F - table_->MirrorMean(row_);
       SetMetal(held);
       break;
     case Finish::kBrushed:
@@ -78,7 +78,7 @@ Bsdf::Bsdf(const Material& material, const LinearRgb& colour) {
       facets_ = Facets::Brushed(material.roughness);
       brushed_ = &BrushedTable::Get();
       brushed_row_ = brushed_->RowOf(material.roughness);
-      mean_left_over_ = 1.0F - brushed_row_.mean_albedo;
+      mean_left_over_ = 1.0F - brushed_row_.mean;
       SetMetal(held);
       break;
     case Finish::kMatte:
@@ -134,14 +134,14 @@ float Bsdf::LeftOver(const Eigen::Vector3f& direction) const {
     case Kind::kMatte:
       return 1.0F;
     case Kind::kPolished:
-      return 1.0F - table_->Albedo(row_, facets_.x, mu);
+      return 1.0F - table_->Mirror(row_, facets_.x, mu);
     case Kind::kBrushed:
-      return 1.0F - brushed_->Albedo(brushed_row_, facets_, direction);
+      return 1.0F - brushed_->Mirror(brushed_row_, facets_, direction);
     case Kind::kCoated:
     case Kind::kSkin:
       break;
   }
-  return 1.0F - coverage_ * table_->Albedo(row_, facets_.x, mu) * table_->Fresnel(coat_, row_, mu);
+  return 1.0F - coverage_ * table_->Coated(coat_, row_, facets_.x, mu);
 }
 
 Bsdf::Side Bsdf::SideOf(const Eigen::Vector3f& out) const {
