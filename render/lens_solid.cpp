@@ -211,7 +211,10 @@ std::optional<LensCrossing> LensSolid::NextOf(const LocalRay& ray) const {
     return nearest;
   };
   const auto try_face = [&](const LensFace& face, LensPart part, double outward) {
-    const FaceRoots roots = face.Meet(ray.origin, ray.direction, ray.low, ray.high);
+    const double high = std::min(ray.high, best);
+    if (high < ray.low) return;
+    const FaceRoots roots =
+        face.Meet({ray.origin, ray.direction, ray.low, high, ray.from == part && ray.low < ray.start + kStart});
     const double own = nearest_to_start(roots);
     for (std::size_t i = 0; i < roots.count; ++i) {
       const double t = roots.t[i];
@@ -223,8 +226,11 @@ std::optional<LensCrossing> LensSolid::NextOf(const LocalRay& ray) const {
       first = {t, p, normal, part, normal.dot(ray.direction) < 0.0};
     }
   };
-  try_face(front_, LensPart::kFront, 1.0);
+  // First the face that is likely to be met first.
+  const bool is_front_first = ray.direction.z() < 0.0 ? ray.from != LensPart::kFront : ray.from == LensPart::kBack;
+  if (is_front_first) try_face(front_, LensPart::kFront, 1.0);
   try_face(back_, LensPart::kBack, -1.0);
+  if (!is_front_first) try_face(front_, LensPart::kFront, 1.0);
 
   double own = kInfinity;
   if (ray.from == LensPart::kEdge) {
