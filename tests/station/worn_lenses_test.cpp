@@ -94,7 +94,9 @@ TEST(WornLenses, TheirEdgesLieInTheGrooveOfEveryStyleAllRound) {
       } else {
         EXPECT_LT(off_the_edge, 0.01);
       }
-      if (design.details.frame_curve == 0.0) EXPECT_LT(off_the_edge, -0.4) << "well within the edge of 1 mm";
+      if (design.details.frame_curve == 0.0) {
+        EXPECT_LT(off_the_edge, -0.4) << "well within the edge of 1 mm";
+      }
     }
   }
 }
