@@ -106,7 +106,8 @@ LinearRgb ShadeMetal(const Material& material, const LinearRgb& colour, const Sh
 
 /// Across the grooves of a brushed surface, within it.
 Eigen::Vector3f AcrossGrooves(const ShadingPoint& point) {
-  for (const Eigen::Vector3f& along : {point.along, Eigen::Vector3f(1.0F, 0.0F, 0.0F), Eigen::Vector3f(0.0F, 1.0F, 0.0F)}) {
+  for (const Eigen::Vector3f& along :
+       {point.along, Eigen::Vector3f(1.0F, 0.0F, 0.0F), Eigen::Vector3f(0.0F, 1.0F, 0.0F)}) {
     const Eigen::Vector3f across = point.normal.cross(along);
     const float length = across.norm();
     if (length > 1e-3F) return across / length;
@@ -195,10 +196,14 @@ LinearRgb Shade(const Material& material, const LinearRgb& colour, const Shading
   ENSURE(material.finish != Finish::kLens, "a lens has no surface colour of its own");
   const auto light = [&]() -> LinearRgb {
     switch (material.finish) {
-      case Finish::kMatte: return colour.cwiseProduct(MatteLight(point.normal));
-      case Finish::kMetal: return ShadeMetal(material, colour, point);
-      case Finish::kBrushed: return ShadeBrushed(material, colour, point);
-      default: return ShadeDielectric(material, colour, point);
+      case Finish::kMatte:
+        return colour.cwiseProduct(MatteLight(point.normal));
+      case Finish::kMetal:
+        return ShadeMetal(material, colour, point);
+      case Finish::kBrushed:
+        return ShadeBrushed(material, colour, point);
+      default:
+        return ShadeDielectric(material, colour, point);
     }
   }();
   return SoftLimit(light);

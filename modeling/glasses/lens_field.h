@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/units.h"
 #include "modeling/glasses/lens_power.h"
 #include "modeling/glasses/lens_sight.h"
 

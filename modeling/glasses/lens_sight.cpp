@@ -70,7 +70,7 @@ bool LensSight::Within(const Eigen::Vector2d& point) const {
 }
 
 SightRay LensSight::Follow(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
-  SightRay ray{SightPath::kBeside, direction, origin, origin};
+  SightRay ray{SightPath::kBeside, direction, origin, origin, 1.0, 1.0};
   const auto meets_frame = [this](const Eigen::Vector3d& from, const Eigen::Vector3d& along, double as_far) {
     return frame_ != nullptr && frame_->Cast({from, along}, as_far).has_value();
   };
@@ -91,7 +91,12 @@ SightRay LensSight::Follow(const Eigen::Vector3d& origin, const Eigen::Vector3d&
   const auto outside = RefractedDirection(*in_glass, front->normal, form_.index);
   if (!outside) return ray;
   const bool blocked = meets_frame(front->point - kRimClearance * *outside, *outside, kFarthestFrame);
-  return {blocked ? SightPath::kFrame : SightPath::kLens, *outside, back->point, front->point};
+  return {blocked ? SightPath::kFrame : SightPath::kLens,
+          *outside,
+          back->point,
+          front->point,
+          std::abs(direction.dot(back->normal)),
+          std::abs(outside->dot(front->normal))};
 }
 
 SightRay LensSight::Look(const Eigen::Vector3d& direction_in_view) const {

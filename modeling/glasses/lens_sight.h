@@ -27,6 +27,8 @@ struct SightRay {
   Eigen::Vector3d direction;   ///< Unit, outwards: behind the lens for kLens, else as the eye sends it.
   Eigen::Vector3d back_point;  ///< Where it meets the surfaces, mm; kLens only.
   Eigen::Vector3d front_point;
+  double back_cosine = 1.0;  ///< Of the angle to the surfaces' normals in air; kLens only.
+  double front_cosine = 1.0;
   [[nodiscard]] double length_in_glass() const { return (front_point - back_point).norm(); }
 };
 
