@@ -40,10 +40,9 @@ Eigen::Vector2d PositionOf(const PixelSamples& grid, const Eigen::Vector3d& p) {
 /// How far along the ray things may be met.
 double WayOf(const PixelSamples& grid, const Eigen::Vector3d& start, const Eigen::Vector3d& direction,
              double farthest) {
-  constexpr double kLevel = 1e-6;
   double way = kLongestWay;
-  if (direction.z() > kLevel) way = std::min(way, (std::max(farthest, start.z()) - start.z() + 1.0) / direction.z());
-  if (direction.z() < -kLevel) way = std::min(way, 0.9 * (start.z() - grid.near_mm) / -direction.z());
+  if (direction.z() > 0.0) way = std::min(way, (std::max(farthest, start.z()) - start.z() + 1.0) / direction.z());
+  if (direction.z() < 0.0) way = std::min(way, 0.9 * (start.z() - grid.near_mm) / -direction.z());
   return std::max(way, 0.0);
 }
 
