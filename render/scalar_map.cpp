@@ -130,7 +130,7 @@ class MapPass {
         grid_(grid),
         seen_(seen),
         side_(supersampling),
-        samples_(seen.face.size()) {
+        samples_(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height)) {
     for (int k = 0; k <= kPaletteSteps; ++k) {
       palette_.push_back(MapColour(colours.scale.map, static_cast<double>(k) / kPaletteSteps));
     }
@@ -142,6 +142,9 @@ class MapPass {
  private:
   [[nodiscard]] std::size_t At(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_.width) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] float DepthAt(int x, int y) const {
+    return seen_.window.Contains(x, y) ? seen_.depth[seen_.window.Index(x, y)] : kNoDepth;
   }
   [[nodiscard]] LinearRgb ColourOf(double value) const;
   [[nodiscard]] Sample ShadedAt(int x, int y) const;
@@ -180,11 +183,11 @@ LinearRgb MapPass::ColourOf(double value) const {
 }
 
 Sample MapPass::ShadedAt(int x, int y) const {
-  const std::uint32_t face = seen_.face[At(x, y)];
+  const std::uint32_t face = seen_.window.Contains(x, y) ? seen_.face[seen_.window.Index(x, y)] : kNoFace;
   if (face == kNoFace) return {};
   const std::size_t number = prepared_.MeshOf(face);
   const MapMesh& item = meshes_[number];
-  const Eigen::Vector3d p = grid_.PointAt(x, y, static_cast<double>(seen_.depth[At(x, y)]));
+  const Eigen::Vector3d p = grid_.PointAt(x, y, static_cast<double>(DepthAt(x, y)));
   const Eigen::Vector3d weights = WeightsAt(face, p);
   const auto& corner = prepared_.mesh.faces[face];
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -220,21 +223,17 @@ void MapPass::ShadeRow(int y) {
 /// Where the body ends, or where the depth steps back behind this sample by more than the slope of the surface
 /// explains.
 bool MapPass::IsOutline(int x, int y) const {
-  const auto depth = [&](int column, int row) {
-    const bool inside = column >= 0 && row >= 0 && column < grid_.width && row < grid_.height;
-    return inside ? seen_.depth[At(column, row)] : kNoDepth;
-  };
-  const float here = depth(x, y);
+  const float here = DepthAt(x, y);
   const double scale = grid_.projection == Projection::kPerspective ? static_cast<double>(here) : 1.0;
   // As many mm as sixteen samples are wide: a surface that turns away by more than 86 degrees, or a step.
   const auto step = static_cast<float>(std::max(16.0 * grid_.Pitch() * scale, 2.5));
   for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
     const bool at_edge = x + dx < 0 || y + dy < 0 || x + dx >= grid_.width || y + dy >= grid_.height;
     if (at_edge) continue;
-    const float beside = depth(x + dx, y + dy);
+    const float beside = DepthAt(x + dx, y + dy);
     if (beside == kNoDepth) return true;
     // The slope seen on the other side, where there is one.
-    const float opposite = depth(x - dx, y - dy);
+    const float opposite = DepthAt(x - dx, y - dy);
     const float slope = opposite == kNoDepth ? 0.0F : std::max(0.0F, here - opposite);
     if (beside - here > step + slope) return true;
   }
@@ -265,7 +264,7 @@ void MapPass::FinishRow(int y, MapPicture& picture) const {
         float light = 1.0F;
         if (sample.mesh != 0) {
           covered += share;
-          depth = std::min(depth, seen_.depth[At(u, v)]);
+          depth = std::min(depth, DepthAt(u, v));
           if (colours_.isolines && IsIsoline(u, v)) light = kIsoline;
           if (IsOutline(u, v)) light = kOutline;
         }
@@ -301,6 +300,7 @@ Result<MapPicture> RenderScalarMap(const std::vector<MapMesh>& meshes, const Map
   grid.near_mm = camera.near_mm;
   grid.width = options.width * options.supersampling;
   grid.height = options.height * options.supersampling;
+  grid.supersampling = options.supersampling;
   grid.threads = ThreadCount(options.threads);
   task.Report(kStage, 0.0, 3.0);
   const VisibilityBuffer seen = RasterizeNearest(prepared.mesh, grid, task.stop);

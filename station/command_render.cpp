@@ -1,7 +1,5 @@
 // render: pictures of a model, with worn glasses or without; one, or many by a batch file.
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -9,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "render/animation.h"
 #include "render/image_file.h"
 #include "station/commands.h"
 #include "station/contact_sheet.h"
@@ -17,6 +14,7 @@
 #include "station/picture_sources.h"
 #include "station/render_batch.h"
 #include "station/render_options.h"
+#include "station/turntable.h"
 
 namespace annulus {
 namespace {
@@ -67,21 +65,6 @@ nlohmann::ordered_json Report(const RenderRequest& request, const MadePicture& p
   return report;
 }
 
-/// The frames of a turntable: PNG files of a folder, and an animation.
-Status WriteFilm(Storage& storage, const RenderRequest& request, const std::vector<RgbImage>& frames) {
-  if (!request.frames.empty()) {
-    RETURN_IF_ERROR(storage.CreateFolder(request.frames));
-    for (std::size_t k = 0; k < frames.size(); ++k) {
-      const std::string path = request.frames + fmt::format("/frame_{:03d}.png", k);
-      RETURN_IF_ERROR(WriteImage(storage, path, frames[k], ImagePlane::kColour));
-    }
-  }
-  if (request.out.empty()) return {};
-  const auto bytes = EncodeAnimatedWebp(frames, {});
-  if (!bytes) return Fail(bytes);
-  return WriteFileAtomically(storage, request.out, std::span<const std::byte>(*bytes));
-}
-
 /// Makes and writes one picture.
 Result<MadePicture> RunPicture(const RenderRequest& request, PictureSources& sources, CommandIo& io,
                                const TaskContext& task) {
@@ -98,7 +81,7 @@ Result<MadePicture> RunPicture(const RenderRequest& request, PictureSources& sou
   }
   auto made = MakePicture(request, *options, sources, task);
   if (!made) return Fail(made);
-  RETURN_IF_ERROR(request.turntable > 0 ? WriteFilm(io.storage(), request, made->frames)
+  RETURN_IF_ERROR(request.turntable > 0 ? WriteTurntable(io.storage(), request.out, made->frames, {})
                                         : WritePicture(io.storage(), request, made->frames.front()));
   return made;
 }
@@ -144,7 +127,7 @@ Status RunRender(const RenderCommandOptions& options, CommandIo& io) {
     if (!read) return Fail(read);
     batch = std::move(*read);
   } else {
-    const Status checked = options.picture.out.empty() && options.picture.frames.empty()
+    const Status checked = options.picture.out.empty()
                                ? Fail("draw a picture", "--out is missing", "say where it is to go")
                                : CheckRequest(options.picture);
     if (!checked) {  // what was typed is wrong, whatever the files are

@@ -141,8 +141,8 @@ std::string ComparisonToText(const Comparison& comparison) {
   for (const NamesOfReason& entry : GatherByReason(comparison.not_comparable)) {
     text += "not comparable, " + entry.reason + ": " + entry.names + "\n";
   }
-  return text + fmt::format("significant at {:g} over all differences (Holm); errors of the ring: {}\n", kComparisonLevel,
-                            RingText(comparison.ring));
+  return text + fmt::format("significant at {:g} over all differences (Holm); errors of the ring: {}\n",
+                            kComparisonLevel, RingText(comparison.ring));
 }
 
 }  // namespace annulus

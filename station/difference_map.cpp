@@ -139,7 +139,8 @@ BodyField DifferenceField(const SurfaceModel& model_before, const MeasuredSurfac
     }
     const double apart =
         std::abs(after.surface().Radius(place.theta, place.z) - before.surface().Radius(place.theta, place.z));
-    return !(apart / test->SigmaAt(WrapAngle(place.theta), place.z) >= test->limit);
+    constexpr double kRounding = 1.0 - 1e-9;
+    return !(apart / test->SigmaAt(WrapAngle(place.theta), place.z) >= kRounding * test->limit);
   };
   return field;
 }

@@ -245,8 +245,8 @@ void DrawAxes(Canvas& canvas, const Vector2d& corner, bool is_first) {
   canvas.Text("gaze [deg]", {corner.x() + 0.5 * kPanelWidth, far.y() + 32.0}, kSmallText, Anchor::kCentre);
   canvas.Text("to the right", {far.x() - 2.0, far.y() + 32.0}, kSmallText, Anchor::kRight);
   if (!is_first) return;
-  canvas.Text("up", {corner.x() - 8.0, corner.y() + 12.0}, kSmallText, Anchor::kRight);
-  canvas.Text("down", {corner.x() - 8.0, far.y() - 4.0}, kSmallText, Anchor::kRight);
+  canvas.Text("up", {corner.x() - 8.0, corner.y() + 3.0}, kSmallText, Anchor::kRight);
+  canvas.Text("down", {corner.x() - 8.0, far.y() + 8.0}, kSmallText, Anchor::kRight);
 }
 
 void DrawLegend(Canvas& canvas, double x, double y, const MapRow& quantity) {

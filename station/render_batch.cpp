@@ -124,10 +124,10 @@ class BatchReader {
     for (std::size_t k = 0; k < batch.pictures.size(); ++k) {
       const RenderRequest& request = batch.pictures[k];
       const std::string where = "pictures[" + std::to_string(k) + "]";
-      if (request.out.empty() && request.frames.empty() && batch.sheet.out.empty()) {
+      if (request.out.empty() && batch.sheet.out.empty()) {
         return Fail(attempted_, where + " has no \"out\"", "add it, or a \"sheet\"");
       }
-      for (const std::string& path : {request.out, request.alpha, request.depth, request.progressive, request.frames}) {
+      for (const std::string& path : {request.out, request.alpha, request.depth, request.progressive}) {
         if (!path.empty() && !taken.insert(path).second) {
           return Fail(attempted_, where + " writes '" + path + "' a second time", "give each its own name");
         }

@@ -177,12 +177,11 @@ void AddMeasureOptions(CLI::App& command, RenderRequest& request) {
       ->type_name("WORN.json")
       ->group(group);
   command.add_option("--beside-scan", request.beside_scan, "the other's recording")->type_name("SCAN")->group(group);
-  command.add_option("--turntable", request.turntable, "frames all around: --out F.webp (animated), --frames DIR")
+  command
+      .add_option("--turntable", request.turntable,
+                  "frames all around: --out F.webp, or a folder for PNG frames and animation")
       ->check(CLI::Range(0, 720))
       ->type_name("N")
-      ->group(group);
-  command.add_option("--frames", request.frames, "folder for the frames of a turntable, as PNG")
-      ->type_name("DIR")
       ->group(group);
 }
 
@@ -239,11 +238,6 @@ Status TakeFrame(const RenderRequest& request, Look& look) {
 /// File names that fit what is written to them.
 Status CheckOutputs(const RenderRequest& request) {
   const bool film = request.turntable > 0;
-  if (film && !request.out.empty() && !request.out.ends_with(".webp")) {
-    return Fail("write a turntable to " + request.out, "an animation is a .webp file",
-                "name it so, or use --frames DIR");
-  }
-  if (!film && !request.frames.empty()) return Fail("write frames", "there is one picture only", "add --turntable N");
   const bool planes = !request.alpha.empty() || !request.depth.empty();
   const bool plain = !film && !IsMeasuring(request) && request.inside.empty();
   if (planes && !plain) return Fail("write alpha or depth", "only a plain picture has them", "leave them out");

@@ -286,7 +286,8 @@ TEST(ClearanceMap, SaysOfAFrameWhatItsFitterSays) {
   // the way between them.
   int compared = 0;
   for (const Clearance& place : fit->clearance) {
-    if (place.part.starts_with("lens")) continue;  // the fitter measures from the lens' back
+    // The fitter measures from a lens' back; behind an ear the head changes to that without ears, which is no way.
+    if (place.part.starts_with("lens") || place.part.starts_with("temple")) continue;
     double nearest = 3.0;
     double distance = 0.0;
     for (const MapMesh& part : maps->frame) {
