@@ -14,7 +14,7 @@ namespace {
 constexpr int kLevels = 5;
 constexpr int kRowsPerBand = 8;
 /// Differences of light that count as one, in standard deviations.
-constexpr float kLightTolerance = 4.0F;
+constexpr float kLightTolerance = 2.5F;
 constexpr float kAlbedoTolerance = 0.06F;
 constexpr float kLensTolerance = 0.25F;
 /// Albedo below which light is not divided by it.

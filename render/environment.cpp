@@ -20,7 +20,7 @@ struct SquarePoint {
   float y = 0.0F;
 };
 
-/// atan(t) * 2 / pi for 0 <= t <= 1. Error below 2e-6 (Chebyshev fit in t^2).
+/// Of the angle whose tangent is t, 0 … 1, in quarter turns.
 float QuarterTurns(float t) { return std::atan(t) * (2.0F / kPiF); }
 
 /// Octahedron unfolded to a square, area-preserving (Clarberg 2008): the middle looks up, the corners down.
@@ -102,6 +102,7 @@ const std::array<std::string_view, 3>& LightPresetNames() {
 /// Radiance on a grid over SquareOf, interpolated; density on cells of `kTexels` x `kTexels` of its steps.
 struct Environment::Table {
   static constexpr int kTexels = 2;
+  static constexpr double kExposure = 0.9;
 
   template <class Light>
   Table(int cells_per_side, const Light& light);
@@ -116,6 +117,17 @@ struct Environment::Table {
     const int column = std::min(static_cast<int>(point.x * scale), cells - 1);
     const int row = std::min(static_cast<int>(point.y * scale), cells - 1);
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(cells) + static_cast<std::size_t>(column);
+  }
+  [[nodiscard]] SquarePoint MiddleOf(int column, int row) const {
+    return {(static_cast<float>(column) + 0.5F) / static_cast<float>(texels),
+            (static_cast<float>(row) + 0.5F) / static_cast<float>(texels)};
+  }
+  /// Scales the light so that a white matte surface that faces where most light comes from reflects kExposure.
+  void Expose();
+  /// Last step of the making.
+  void Finish() {
+    WrapEdges();
+    SpreadDensity();
   }
   void WrapEdges();
   void SpreadDensity();
@@ -134,16 +146,35 @@ Environment::Table::Table(int cells_per_side, const Light& light)
   radiance.resize(static_cast<std::size_t>(texels + 2) * static_cast<std::size_t>(texels + 2));
   for (int row = 0; row < texels; ++row) {
     for (int column = 0; column < texels; ++column) {
-      const SquarePoint point{(static_cast<float>(column) + 0.5F) / static_cast<float>(texels),
-                              (static_cast<float>(row) + 0.5F) / static_cast<float>(texels)};
-      const LinearRgb seen = light(DirectionOf(point));
+      const LinearRgb seen = light(DirectionOf(MiddleOf(column, row)));
       ENSURE(seen.allFinite() && seen.minCoeff() >= 0.0F, "radiance must be finite and not negative");
       radiance[static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(texels + 2) +
                static_cast<std::size_t>(column + 1)] = seen;
     }
   }
-  WrapEdges();
-  SpreadDensity();
+}
+
+void Environment::Table::Expose() {
+  std::vector<Eigen::Vector3f> directions;
+  directions.reserve(radiance.size());
+  Eigen::Vector3d flow = Eigen::Vector3d::Zero();
+  for (int row = 0; row < texels; ++row) {
+    for (int column = 0; column < texels; ++column) {
+      directions.push_back(DirectionOf(MiddleOf(column, row)));
+      flow += LuminanceOf(Texel(column, row)) * directions.back().cast<double>();
+    }
+  }
+  const Eigen::Vector3f normal = flow.normalized().cast<float>();
+  double sum = 0.0;
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    const auto column = static_cast<int>(k) % texels;
+    const auto row = static_cast<int>(k) / texels;
+    sum += std::max(0.0F, normal.dot(directions[k])) * LuminanceOf(Texel(column, row));
+  }
+  // Irradiance over pi; a texel stands for 4 pi / texels^2.
+  const double reflected = 4.0 * sum / (static_cast<double>(texels) * texels);
+  const auto factor = static_cast<float>(kExposure / reflected);
+  for (LinearRgb& seen : radiance) seen *= factor;
 }
 
 /// Each edge of the square is folded about its middle.
@@ -218,16 +249,19 @@ LinearRgb Environment::Table::Interpolated(const SquarePoint& point) const {
 }
 
 Environment Environment::Uniform(const LinearRgb& radiance) {
-  return Environment(std::make_shared<const Table>(1, [&radiance](const Eigen::Vector3f&) { return radiance; }));
+  const auto table = std::make_shared<Table>(1, [&radiance](const Eigen::Vector3f&) { return radiance; });
+  table->Finish();
+  return Environment(table);
 }
 
 Environment Environment::Preset(LightPreset preset) {
   const auto make = [](LightPreset which) {
     constexpr int kCells = 256;
-    const float exposure = PresetExposure(which);
-    return std::make_shared<const Table>(kCells, [which, exposure](const Eigen::Vector3f& direction) -> LinearRgb {
-      return exposure * PresetRadiance(which, direction);
-    });
+    auto table = std::make_shared<Table>(
+        kCells, [which](const Eigen::Vector3f& direction) { return PresetRadiance(which, direction); });
+    table->Expose();
+    table->Finish();
+    return std::shared_ptr<const Table>(std::move(table));
   };
   switch (preset) {
     case LightPreset::kShop: {

@@ -22,6 +22,9 @@ struct Facets {
   [[nodiscard]] float Stretch(const Eigen::Vector3f& v) const;
   /// Density of facet normals, per steradian of normal and unit of area: D(h). h.z() > 0.
   [[nodiscard]] float Distribution(const Eigen::Vector3f& half) const;
+  /// Density per steradian with which facets seen from `out` (out.z() > 0), of stretch `stretch_out`, mirror it to a
+  /// direction `in` with out + in = `sum`: G1 D / (4 out.z). 0 for a sum below the horizon.
+  [[nodiscard]] float MirrorDensity(const Eigen::Vector3f& out, float stretch_out, const Eigen::Vector3f& sum) const;
   /// A normal drawn from those that are seen from `out` (out.z() > 0). u, v in [0, 1).
   [[nodiscard]] Eigen::Vector3f SampleVisible(const Eigen::Vector3f& out, float u, float v) const;
 };
@@ -35,12 +38,12 @@ enum class Coat { kPlastic, kSkin };
 [[nodiscard]] float IndexOf(Coat coat);
 
 /// How much of the light from one direction leaves Facets after a single reflection (the directional albedo). The
-/// tables are computed when first asked for and constant afterwards; thread-safe. They hold over roughness 0.03 … 1 and
-/// 0 < mu <= 1, mu the cosine of the angle to the normal. Errors: below 0.001.
+/// tables are computed when first asked for (some 10 ms) and constant afterwards; thread-safe. They hold over roughness
+/// 0.03 … 1 and 0 < mu <= 1, mu the cosine of the angle to the normal; errors are below 0.0015.
 ///
-/// The albedo E of perfectly reflecting facets has a dent at grazing angles as wide as alpha, so that it is tabulated
-/// over (1 + alpha) mu / (mu + alpha). With Fresnel's reflectance it is E · F, F the mean reflectance of the facets
-/// that take part, which is smooth in mu itself.
+/// The albedo E of perfectly reflecting facets has a dent at grazing angles about as wide as alpha, so that it is
+/// tabulated over (1 + alpha) mu / (mu + alpha). A clear coat's albedo R has this dent beside Fresnel's own rise: its
+/// variable is the mean of the above and of the same with a fixed width in place of alpha.
 class GlossTable {
  public:
   /// Of Facets::Polished.
@@ -54,16 +57,14 @@ class GlossTable {
   [[nodiscard]] static Row RowOf(float roughness);
 
   /// E; alpha: the facets' width at the row's roughness.
-  [[nodiscard]] float Albedo(const Row& row, float alpha, float mu) const {
-    return Lookup(albedo_, row, Bent(mu, alpha));
+  [[nodiscard]] float Mirror(const Row& row, float alpha, float mu) const {
+    return Lookup(mirror_, row, Bent(mu, alpha));
   }
-  /// F.
-  [[nodiscard]] float Fresnel(Coat coat, const Row& row, float mu) const {
-    return Lookup(fresnel_[static_cast<std::size_t>(coat)], row, Bent(mu, kBend));
+  /// R.
+  [[nodiscard]] float Coated(Coat coat, const Row& row, float alpha, float mu) const {
+    return Lookup(coated_[static_cast<std::size_t>(coat)], row, TwiceBent(mu, alpha));
   }
-  /// Mean of E over the hemisphere, weighted with 2 mu.
-  [[nodiscard]] float MeanAlbedo(const Row& row) const { return Blend(mean_albedo_, row); }
-  /// Means of E · F over the hemisphere: weighted with 2 mu, and with 3 mu^2.
+  /// Means of R over the hemisphere: weighted with 2 mu, and with 3 mu^2.
   struct CoatMeans {
     float first = 0.0F;
     float second = 0.0F;
@@ -74,19 +75,23 @@ class GlossTable {
   }
 
  private:
-  static constexpr std::size_t kRows = 33;   // even steps of roughness
-  static constexpr std::size_t kSteps = 49;  // even steps of the bent cosine
-  static constexpr float kBend = 0.25F;
+  static constexpr std::size_t kRows = 41;   // even steps of roughness
+  static constexpr std::size_t kSteps = 81;  // even steps of the bent cosine
+  static constexpr float kRise = 0.1F;       // about where Fresnel's rise is steepest
   using Plane = std::array<std::array<float, kSteps>, kRows>;
   using Column = std::array<float, kRows>;
 
   GlossTable();
-  void FillAlbedo(std::size_t row);
-  void FillFresnel(std::size_t row);
-  void FillMeans(std::size_t row);
+  void FillMeans();
 
   /// 0 … 1 for mu 0 … 1, stretched at 0 over about `width`.
   [[nodiscard]] static float Bent(float mu, float width) { return (1.0F + width) * mu / (mu + width); }
+  /// The mean of Bent(mu, alpha) and Bent(mu, kRise).
+  [[nodiscard]] static float TwiceBent(float mu, float alpha) {
+    const float a = mu + alpha;
+    const float b = mu + kRise;
+    return 0.5F * mu * ((1.0F + alpha) * b + (1.0F + kRise) * a) / (a * b);
+  }
   [[nodiscard]] static float Blend(const Column& column, const Row& row) {
     return column[row.index] + row.fraction * (column[row.index + 1] - column[row.index]);
   }
@@ -102,40 +107,36 @@ class GlossTable {
     return lower + row.fraction * (upper - lower);
   }
 
-  Plane albedo_{};
-  std::array<Plane, 2> fresnel_{};
-  Column mean_albedo_{};
+  Plane mirror_{};
+  std::array<Plane, 2> coated_{};
   std::array<Column, 2> first_mean_{};
   std::array<Column, 2> second_mean_{};
 };
 
-/// E of Facets::Brushed. As GlossTable, with the direction's azimuth as a third variable: of a direction above the
-/// width alpha_e = hypot(alpha_x x, alpha_y y) / hypot(x, y), between alpha_x (along the grooves) and alpha_y.
+/// E of Facets::Brushed. As GlossTable, with the direction's azimuth as a third variable: it lies above facets of width
+/// hypot(alpha_x x, alpha_y y) / hypot(x, y), between alpha_x (along the grooves) and alpha_y.
 class BrushedTable {
  public:
   [[nodiscard]] static const BrushedTable& Get();
 
-  /// A roughness, prepared.
+  /// A roughness' place in the table.
   struct Row {
     std::size_t index = 0;
     float fraction = 0.0F;
-    float mean_albedo = 1.0F;  ///< Of E over the hemisphere, weighted with 2 mu.
   };
-  [[nodiscard]] Row RowOf(float roughness) const;
-  [[nodiscard]] float Albedo(const Row& row, const Facets& facets, const Eigen::Vector3f& direction) const;
+  [[nodiscard]] static Row RowOf(float roughness);
+  [[nodiscard]] float Mirror(const Row& row, const Facets& facets, const Eigen::Vector3f& direction) const;
 
  private:
-  static constexpr std::size_t kRows = 17;
-  static constexpr std::size_t kTurns = 9;
-  static constexpr std::size_t kSteps = 49;
+  static constexpr std::size_t kRows = 33;
+  static constexpr std::size_t kTurns = 25;  // even steps of the width
+  static constexpr std::size_t kSteps = 61;
   using Plane = std::array<std::array<float, kSteps>, kTurns>;
 
   BrushedTable();
-  void FillRow(std::size_t row);
   [[nodiscard]] static float Lookup(const Plane& plane, float turn, float step);
 
-  std::array<Plane, kRows> albedo_{};
-  std::array<float, kRows> mean_albedo_{};
+  std::array<Plane, kRows> mirror_{};
 };
 
 }  // namespace annulus

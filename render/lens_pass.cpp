@@ -80,15 +80,13 @@ class SheetPass {
     const int x = ColumnOf(layers.front());
     const int y = RowOf(layers.front());
     SeenLight seen = BehindAt(x, y);
-    const Fragment& nearest = layers.back();
-    if (!optics_.IsPlano()) {
-      seen = Refracted(sampler_.At(x, y, nearest.face, nearest.depth), seen, farthest);
+    const Fragment& last = layers.back();
+    const SurfacePoint nearest = sampler_.At(x, y, last.face, last.depth);
+    if (!optics_.IsPlano()) seen = Refracted(nearest, seen, farthest);
+    for (const Fragment& fragment : layers.first(layers.size() - 1)) {
+      Filter(sampler_.At(x, y, fragment.face, fragment.depth), seen);
     }
-    for (const Fragment& fragment : layers) {
-      const SurfacePoint point = sampler_.At(x, y, fragment.face, fragment.depth);
-      seen.light =
-          seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) + LensHighlight(point.shading);
-    }
+    Filter(nearest, seen);
     return seen;
   }
   [[nodiscard]] int ColumnOf(const Fragment& fragment) const {
@@ -99,6 +97,12 @@ class SheetPass {
   }
 
  private:
+  /// Lets the light pass one layer of the sheet.
+  static void Filter(const SurfacePoint& point, SeenLight& seen) {
+    seen.light =
+        seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) + LensHighlight(point.shading);
+  }
+
   static LinearRgb Transmittance(const Material& material, float height) {
     if (!(material.gradient_from > material.gradient_to)) return material.transmittance;
     const float share =

@@ -88,27 +88,39 @@ float ReachAt(const PixelSamples& grid, const Eigen::Vector3f& position) {
   return static_cast<float>(2.0 * grid.half_height * kReachShare * scale);
 }
 
-/// How much of the half space over the pixel is closed within `reach` mm, 0 … 1.
-float OcclusionAt(const PixelSurface& surface, int x, int y, const ProbePattern& pattern, float reach) {
-  const std::size_t index = surface.window.Index(x, y);
+/// The pixels around one that are looked at, in its window.
+struct Probes {
+  std::array<std::size_t, kProbes> index{};
+  std::size_t count = 0;
+};
+
+Probes ProbesAt(const SampleWindow& window, int x, int y, const ProbePattern& pattern) {
   const std::size_t cell =
       static_cast<std::size_t>(y) % kPatternSide * kPatternSide + static_cast<std::size_t>(x) % kPatternSide;
+  Probes probes;
+  for (const Offset& offset : pattern[cell]) {
+    if (window.Contains(x + offset[0], y + offset[1])) {
+      probes.index[probes.count++] = window.Index(x + offset[0], y + offset[1]);
+    }
+  }
+  return probes;
+}
+
+/// How much of the half space over the pixel is closed within `reach` mm, 0 … 1.
+float OcclusionAt(const PixelSurface& surface, std::size_t index, const Probes& probes, float reach) {
   const Eigen::Vector3f position = surface.position[index];
   const Eigen::Vector3f normal = surface.normal[index];
   const float per_square = 1.0F / (reach * reach);
   float sum = 0.0F;
-  for (const Offset& offset : pattern[cell]) {
-    const int probe_x = x + offset[0];
-    const int probe_y = y + offset[1];
-    if (!surface.window.Contains(probe_x, probe_y)) continue;
-    const std::size_t probe = surface.window.Index(probe_x, probe_y);
+  for (std::size_t k = 0; k < probes.count; ++k) {
+    const std::size_t probe = probes.index[k];
     const Eigen::Vector3f between = surface.position[probe] - position;
     const float square = between.squaredNorm();
     const float along = between.dot(normal);
-    // Most of what is around lies below the tangent plane.
-    if (along <= 0.0F || square <= 1e-12F || square * per_square >= 1.0F || IsEmpty(surface.normal[probe])) continue;
-    const float rise = along / std::sqrt(square);
-    sum += std::max(0.0F, rise - kTangentBias) * (1.0F - square * per_square);
+    // Most of what is around lies below the tangent plane, or nearly in it.
+    if (along <= 0.0F || along * along <= kTangentBias * kTangentBias * square || square <= 1e-12F) continue;
+    if (square * per_square >= 1.0F || IsEmpty(surface.normal[probe])) continue;
+    sum += std::max(0.0F, along / std::sqrt(square) - kTangentBias) * (1.0F - square * per_square);
   }
   return std::min(1.0F, 2.2F * sum / static_cast<float>(kProbes));
 }
@@ -169,10 +181,10 @@ void JudgeOcclusion(const PixelSurface& surface, const SampleWindow& judged, con
     for (int y = judged.row + band * kRowsPerBand; y < end; ++y) {
       for (int x = judged.column; x < judged.column_end(); ++x) {
         const std::size_t index = surface.window.Index(x, y);
-        light.occlusion[whole.Index(x, y)] =
-            IsEmpty(surface.normal[index])
-                ? 0.0F
-                : OcclusionAt(surface, x, y, pattern, ReachAt(grid, surface.position[index]));
+        light.occlusion[whole.Index(x, y)] = IsEmpty(surface.normal[index])
+                                                 ? 0.0F
+                                                 : OcclusionAt(surface, index, ProbesAt(surface.window, x, y, pattern),
+                                                               ReachAt(grid, surface.position[index]));
       }
     }
   });

@@ -10,7 +10,8 @@ namespace annulus {
 struct MarchEnd {
   enum class Kind {
     kMet,     ///< It meets what is seen at this place.
-    kHidden,  ///< It ends where the eye does not see; this is the last place on its way that is in sight.
+    kHidden,  ///< It ends where the eye does not see: behind something or beside the picture. This is the last place
+              ///< on its way that is in sight.
     kMissed,  ///< It meets nothing; this is where its direction points.
   } kind = Kind::kMissed;
   double x = 0.0;  ///< Samples, centres at whole numbers; finite, may lie outside the picture unless kMet.

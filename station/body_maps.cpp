@@ -10,7 +10,7 @@
 #include "modeling/measure/curvature.h"
 #include "modeling/measure/surface_derivatives.h"
 #include "modeling/mesh/tessellate.h"
-#include "station/pictures.h"
+#include "station/picture_parts.h"
 
 namespace annulus {
 namespace {

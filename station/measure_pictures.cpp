@@ -10,7 +10,7 @@
 #include "modeling/table/table.h"
 #include "station/clearance_map.h"
 #include "station/difference_map.h"
-#include "station/pictures.h"
+#include "station/picture_parts.h"
 #include "station/residual_map.h"
 #include "station/sheet_figure.h"
 #include "station/units_text.h"
@@ -67,11 +67,10 @@ Result<BodyField> FieldOf(MapKind kind, const PictureSubject& subject, const Map
 
 /// The frame without values.
 Result<std::vector<MapMesh>> PlainFrame(const WornFrame& worn) {
-  const auto items = WornItems(worn, {});
+  const auto items = FrameItems(worn, {});
   if (!items) return Fail(items);
   std::vector<MapMesh> meshes;
   for (const SceneItem& item : *items) {
-    if (item.material.finish == Finish::kLens) continue;
     meshes.push_back({item.mesh, item.normals, {}, {}, kPlainFrame});
   }
   return meshes;

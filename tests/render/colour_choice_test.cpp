@@ -92,7 +92,7 @@ TEST(ColourChoice, TheChooserShowsSamplesBarAndTheChosenColour) {
   };
   EXPECT_EQ(bytes(600, 280), (std::array<int, 3>{0xb8, 0x72, 0x2a})) << "the chosen colour's field";
   EXPECT_EQ(bytes(250, 60), (std::array<int, 3>{0xb8, 0x72, 0x2a})) << "the third sample";
-  EXPECT_EQ(bytes(75, 245), (std::array<int, 3>{255, 255, 255})) << "no display shows this light a colour so vivid";
+  EXPECT_EQ(bytes(455, 245), (std::array<int, 3>{255, 255, 255})) << "no display shows this light a colour so vivid";
 }
 
 }  // namespace

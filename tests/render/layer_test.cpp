@@ -109,14 +109,12 @@ TEST(Layer, AlphaFollowsTheRefractedRay) {
   // A lens alone shows the backdrop and covers nothing; before a wall it covers what is seen through it.
   Scene scene;
   scene.items.push_back(Item(QuadMesh({-10, 0, -10}, {20, 0, 0}, {0, 0, 20}), ExactLens({0.5F, 0.5F, 0.5F})));
-  for (const float alpha : Render(scene, FrontCamera(100.0, 10), PlainOptions(10, 10), {})->alpha) {
-    EXPECT_EQ(alpha, 0.0F);
-  }
+  const RgbImage alone = Render(scene, FrontCamera(100.0, 10), PlainOptions(10, 10), {}).value();
+  for (const float alpha : alone.alpha) EXPECT_EQ(alpha, 0.0F);
   scene.items[0].material.lens_power = 4.0F;
   scene.items.push_back(Item(QuadMesh({-90, -15, -90}, {180, 0, 0}, {0, 0, 180}), SkinMaterial()));
-  for (const float alpha : Render(scene, FrontCamera(100.0, 10), PlainOptions(10, 10), {})->alpha) {
-    EXPECT_EQ(alpha, 1.0F);
-  }
+  const RgbImage before_wall = Render(scene, FrontCamera(100.0, 10), PlainOptions(10, 10), {}).value();
+  for (const float alpha : before_wall.alpha) EXPECT_EQ(alpha, 1.0F);
 }
 
 }  // namespace

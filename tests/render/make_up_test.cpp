@@ -61,8 +61,12 @@ TEST(MakeUp, LiesOnTheFrontOfTheFaceOnly) {
   double brows = 0.0;
   for (const Vector3d& p : head.mesh.vertices) {
     const MakeUpCover cover = head.zones.At(p);
-    if (cover.lips + cover.cheeks + cover.brows > 0.0) EXPECT_GT(p.y(), 0.0);
-    if (cover.lips > 0.0) EXPECT_NEAR(p.z(), eyes - 71.5 * head.variation.size, 16.0);
+    if (cover.lips + cover.cheeks + cover.brows > 0.0) {
+      EXPECT_GT(p.y(), 0.0);
+    }
+    if (cover.lips > 0.0) {
+      EXPECT_NEAR(p.z(), eyes - 71.5 * head.variation.size, 16.0);
+    }
     if (cover.brows > 0.0) {
       EXPECT_GT(p.z(), eyes + 8.0);
       EXPECT_LT(p.z(), eyes + 32.0);
@@ -99,7 +103,9 @@ TEST(MakeUp, WhereItCoversWhollyTheColourIsTheLayers) {
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const double cover = head.zones.At(head.mesh.vertices[k]).lips;
     const LinearRgb colour = kSkin.cwiseProduct(factors[k]);
-    if (cover == 0.0) EXPECT_EQ(factors[k], LinearRgb::Ones());
+    if (cover == 0.0) {
+      EXPECT_EQ(factors[k], LinearRgb::Ones());
+    }
     if (cover < 1.0) continue;
     ++covered;
     EXPECT_TRUE(colour.isApprox(kRed, 1e-5F));

@@ -60,12 +60,8 @@ double EdgeSeenAt(const Scene& scene, LensMedium medium) {
   const RgbImage image = Render(scene, camera, options, {}).value();
   // The picture's right is the station's -x: red comes first.
   double red = 0.0;
-  for (int x = 0; x < 1600; ++x) {
-    const LinearRgb& rgb = image.rgb[image.Index(x, 1)];
-    red += static_cast<double>(rgb[0]) / static_cast<double>(image.rgb[image.Index(0, 1)][0]);
-    EXPECT_TRUE(rgb[0] == 0.0F || rgb[1] == 0.0F || x > 0);
-  }
-  return 4.0 - 0.005 * red;
+  for (int x = 0; x < 1600; ++x) red += static_cast<double>(image.rgb[image.Index(x, 1)][0]);
+  return 4.0 - 0.005 * red / static_cast<double>(image.rgb[image.Index(0, 1)][0]);
 }
 
 TEST(SheetLens, IndexAndCurvatureGiveThePowerOfAThinLens) {

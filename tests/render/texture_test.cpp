@@ -81,7 +81,7 @@ TEST(Texture, HasNoEdgeSharperThanAPixelOfThreeTenths) {
 
 TEST(Texture, FadesToAnEvenToneWhereNoPixelCanShowIt) {
   Texture fine = Of(TexturePattern::kCarved);
-  fine.scale = 0.2F;  // lines 0.3 mm apart
+  fine.scale = 0.2F;  // lines 0.36 mm apart
   const LinearRgb first = TextureColour(fine, kAmber, {1.0F, 2.0F, 3.0F});
   EXPECT_TRUE(TextureColour(fine, kAmber, {1.07F, 2.0F, 3.11F}).isApprox(first, 1e-5F));
 }

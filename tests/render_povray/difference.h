@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "picture.h"
@@ -13,36 +13,27 @@ namespace annulus::test {
 
 /// How two pictures of one shot differ.
 struct Difference {
-  double mean_255 = 0.0;      ///< Mean over pixels and channels of the difference of sRGB values, in 1/255.
-  double p99_255 = 0.0;       ///< 99 % of the pixels differ by less (largest channel).
-  double edge_share = 0.0;    ///< Of the pixels that show something, those left out as edges.
-  double mean_depth_mm = 0.0; ///< Mean difference of depths.
-  int compared = 0;           ///< Pixels.
+  double mean_255 = 0.0;    ///< Mean over pixels and channels of the difference of sRGB values, in 1/255.
+  double p99_255 = 0.0;     ///< 99 % of the pixels differ by less (largest channel).
+  double edge_share = 0.0;  ///< Of the pixels that show something, those left out as edges.
+  int compared = 0;         ///< Pixels.
 };
 
-/// Which pixels are edges, by geometry alone: somewhere in the 3 × 3 pixels around, another thing is seen first, or the
-/// depth bends by more than `kBend` from one pixel to the next but one (a jump), seen through lenses.
+/// Which pixels are edges, by geometry alone: within the 3 × 3 pixels around, a plane of values (which thing is seen,
+/// at what depth, through lenses) bends more than it may across the pixel in any of the four directions.
 class Edges {
  public:
   Edges(int width, int height) : width_(width), height_(height), marked_(Count(), 0) {}
 
-  /// Marks jumps of a plane of values; those that are not finite count as one value.
+  /// Marks the bends of a plane; values that are not finite count as one far value.
   void Mark(const std::vector<double>& values, double bend) {
-    const auto at = [&](int x, int y) {
-      const double value = values[Index(x, y)];
-      return std::isfinite(value) ? value : kFar;
-    };
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
-        const int left = std::max(x - 1, 0);
-        const int right = std::min(x + 1, width_ - 1);
-        const int up = std::max(y - 1, 0);
-        const int down = std::min(y + 1, height_ - 1);
-        const double across = std::abs(at(left, y) - 2.0 * at(x, y) + at(right, y));
-        const double along = std::abs(at(x, up) - 2.0 * at(x, y) + at(x, down));
-        if (std::max(across, along) <= bend) continue;
-        for (int row = up; row <= down; ++row) {
-          for (int column = left; column <= right; ++column) marked_[Index(column, row)] = 1;
+        for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1), std::pair(1, -1)}) {
+          const double middle = At(values, x, y);
+          if (std::abs(At(values, x - dx, y - dy) - 2.0 * middle + At(values, x + dx, y + dy)) > bend) {
+            marked_[Index(x, y)] = 1;
+          }
         }
       }
     }
@@ -50,9 +41,15 @@ class Edges {
   [[nodiscard]] bool Has(std::size_t i) const { return marked_[i] != 0; }
 
  private:
-  static constexpr double kFar = 1e6;
-  [[nodiscard]] std::size_t Count() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+  [[nodiscard]] std::size_t Count() const {
+    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  }
   [[nodiscard]] std::size_t Index(int x, int y) const { return static_cast<std::size_t>(y * width_ + x); }
+  [[nodiscard]] double At(const std::vector<double>& values, int x, int y) const {
+    constexpr double kFar = 1e6;
+    const double value = values[Index(std::clamp(x, 0, width_ - 1), std::clamp(y, 0, height_ - 1))];
+    return std::isfinite(value) ? value : kFar;
+  }
 
   int width_;
   int height_;
@@ -96,12 +93,10 @@ inline Difference Compare(const Shot& shot, const RgbImage& ours, const RgbImage
       result.mean_255 += channels[static_cast<std::size_t>(c)] / 3.0;
     }
     worst.push_back(*std::max_element(channels.begin(), channels.end()));
-    if (std::isfinite(our_depth[i]) && depth[i] < far_mm - 0.1) result.mean_depth_mm += std::abs(our_depth[i] - depth[i]);
   }
   result.compared = static_cast<int>(worst.size());
   if (worst.empty()) return result;
   result.mean_255 /= result.compared;
-  result.mean_depth_mm /= result.compared;
   result.edge_share = static_cast<double>(left_out) / (left_out + result.compared);
   std::sort(worst.begin(), worst.end());
   result.p99_255 = worst[worst.size() * 99 / 100];

@@ -34,7 +34,8 @@ inline RgbImage Povray(const Shot& shot, PovraySceneOptions options, PovraySampl
 }
 
 /// Depth as povray sees it, mm; far_mm where nothing is.
-inline std::vector<double> PovrayDepth(const Shot& shot, double near_mm, double far_mm, const PovraySampling& sampling) {
+inline std::vector<double> PovrayDepth(const Shot& shot, double near_mm, double far_mm,
+                                       const PovraySampling& sampling) {
   PovraySceneOptions options;
   options.view = PovrayView::kDepth;
   options.near_mm = near_mm;
@@ -42,7 +43,8 @@ inline std::vector<double> PovrayDepth(const Shot& shot, double near_mm, double 
   const RgbImage grey = Povray(shot, options, sampling, "depth");
   std::vector<double> depth;
   depth.reserve(grey.rgb.size());
-  for (const LinearRgb& pixel : grey.rgb) depth.push_back(near_mm + (far_mm - near_mm) * static_cast<double>(pixel.x()));
+  for (const LinearRgb& pixel : grey.rgb)
+    depth.push_back(near_mm + (far_mm - near_mm) * static_cast<double>(pixel.x()));
   return depth;
 }
 
@@ -54,7 +56,8 @@ struct EyeRay {
 
 /// The ray through the middle of a pixel, by the words of camera.h.
 inline EyeRay RayThrough(const Camera& camera, int x, int y, const PovraySampling& sampling) {
-  const double across = (2.0 * (x + 0.5) / sampling.width - 1.0) * camera.half_height * sampling.width / sampling.height;
+  const double across =
+      (2.0 * (x + 0.5) / sampling.width - 1.0) * camera.half_height * sampling.width / sampling.height;
   const double up = (1.0 - 2.0 * (y + 0.5) / sampling.height) * camera.half_height;
   const Eigen::Matrix3d station_from_camera = camera.camera_from_station.transpose();
   if (camera.projection == Projection::kPerspective) {

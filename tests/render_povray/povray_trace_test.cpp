@@ -23,7 +23,7 @@ RgbImage Trace(const Shot& shot, int width, int height) {
   TraceOptions options;
   options.width = width;
   options.height = height;
-  options.samples = 64;
+  options.samples = 32;
   options.seed = 5;
   options.threads = 1;
   options.max_bounces = 0;  // as povray without radiosity
@@ -39,18 +39,18 @@ RgbImage Trace(const Shot& shot, int width, int height) {
 
 /// Both programs draw the shot; the mean difference is within what is allowed.
 void ExpectTheSamePicture(const Shot& shot, const std::string& name) {
-  constexpr int kSize = 160;
+  constexpr int kSize = 128;
   test::PovraySampling sampling;
   sampling.width = kSize;
   sampling.height = kSize;
-  sampling.threshold = 0.02;
+  sampling.threshold = 0.03;
+  sampling.depth = 2;
   const RgbImage theirs = test::Povray(shot, {}, sampling, name);
   const RgbImage ours = Trace(shot, kSize, kSize);
   const Difference difference = test::Compare(shot, ours, theirs);
-  std::printf("%s: mean %.3f/255, 99%% below %.2f/255, edges %.1f %%, depth %.3f mm, %d pixels\n", name.c_str(),
-              difference.mean_255, difference.p99_255, 100.0 * difference.edge_share, difference.mean_depth_mm,
-              difference.compared);
-  EXPECT_GT(difference.compared, 5000) << name;
+  std::printf("%s: mean %.3f/255, 99%% below %.2f/255, edges %.1f %%, %d pixels\n", name.c_str(), difference.mean_255,
+              difference.p99_255, 100.0 * difference.edge_share, difference.compared);
+  EXPECT_GT(difference.compared, 3500) << name;
   EXPECT_LE(difference.mean_255, kAllowed) << name;
   EXPECT_LE(difference.edge_share, kMostEdges) << name;
 }
@@ -62,12 +62,11 @@ std::vector<FarLight> ThreeLights() {
           {Eigen::Vector3d(-0.7, -0.5, 0.5).normalized(), LinearRgb(0.4F, 0.4F, 0.45F)}};
 }
 
-Camera CameraOnFace(const Scene& scene, const char* view) {
+Camera CameraOnFace(const char* view) {
   // The face fills the picture: eyes in the middle.
   const sim::FaceTruth face = sim::MakeHead({}).face();
   const Eigen::Vector3d middle = 0.5 * (face.right_eye + face.left_eye);
   const Eigen::Vector3d reach(75.0, 75.0, 75.0);
-  static_cast<void>(scene);
   return *FrameCamera(Eigen::AlignedBox3d(middle - reach, middle + reach), *ParseView(view), {});
 }
 
@@ -116,8 +115,8 @@ TEST(TracerBesidePovray, FaceBehindItsLensesIsTheSame) {
   if (!test::HasPovray()) GTEST_SKIP() << "no povray here";
   Shot shot;
   shot.lighting.lights = ThreeLights();
-  const std::pair<const char*, std::vector<SpheroCylinder>> pairs[] = {
-      {"minus", {{-6.0, 0.0, kPi}, {-4.0, -2.0, 0.6}}}, {"plus", {{5.0, 0.0, kPi}, {3.0, -1.5, 2.2}}}};
+  const std::pair<const char*, std::vector<SpheroCylinder>> pairs[] = {{"minus", {{-6.0, 0.0, kPi}, {-4.0, -2.0, 0.6}}},
+                                                                       {"plus", {{5.0, 0.0, kPi}, {3.0, -1.5, 2.2}}}};
   for (const auto& [name, orders] : pairs) {
     test::FaceLenses lenses;
     lenses.orders = orders;
@@ -125,10 +124,9 @@ TEST(TracerBesidePovray, FaceBehindItsLensesIsTheSame) {
     ASSERT_TRUE(scene) << scene.error().Text();
     shot.scene = *std::move(scene);
     AddWall(shot.scene);
-    for (const char* view : {"front", "115,10"}) {
-      shot.camera = CameraOnFace(shot.scene, view);
-      ExpectTheSamePicture(shot, std::string(name) + "-" + view);
-    }
+    const char* view = orders[0].sphere < 0.0 ? "front" : "115,10";
+    shot.camera = CameraOnFace(view);
+    ExpectTheSamePicture(shot, std::string(name) + "-" + view);
   }
 }
 
@@ -143,7 +141,7 @@ TEST(TracerBesidePovray, TintedLensesDimFaceAndShadowAlike) {
   ASSERT_TRUE(scene) << scene.error().Text();
   shot.scene = *std::move(scene);
   AddWall(shot.scene);
-  shot.camera = CameraOnFace(shot.scene, "front");
+  shot.camera = CameraOnFace("front");
   ExpectTheSamePicture(shot, "tinted");
 }
 

@@ -55,8 +55,10 @@ inline void Place(SolidLens& lens, const Eigen::Vector3d& eye, double before) {
   upright.col(0) = -Eigen::Vector3d::UnitX();
   upright.col(1) = Eigen::Vector3d::UnitZ();
   upright.col(2) = Eigen::Vector3d::UnitY();
-  lens.station_from_lens = Eigen::Translation3d(eye + before * Eigen::Vector3d::UnitY()) * upright *
-                           Eigen::AngleAxisd(RadiansFromDegrees(8.0), Eigen::Vector3d::UnitX());
+  lens.station_from_lens = Eigen::Isometry3d::Identity();
+  lens.station_from_lens.linear() =
+      upright * Eigen::AngleAxisd(RadiansFromDegrees(8.0), Eigen::Vector3d::UnitX()).toRotationMatrix();
+  lens.station_from_lens.translation() = eye + before * Eigen::Vector3d::UnitY();
 }
 
 /// The simulated head of about 2 · columns · rows matte triangles with its lenses, for pictures that povray draws too.

@@ -12,8 +12,8 @@
 
 namespace annulus::test {
 
-/// The skin of a subject of one tube as a closed mesh of about 2 · columns · rows triangles, straight from the simulated
-/// shape: rows of even height from 1 mm below the crown to 262 mm further down. Vertices lie on the skin.
+/// The skin of a subject of one tube as a closed mesh of about 2 · columns · rows triangles, straight from the
+/// simulated shape: rows of even height from 1 mm below the crown to 262 mm further down. Vertices lie on the skin.
 inline TriangleMesh HeadMesh(const sim::ParametricBody& head, std::uint32_t columns, std::uint32_t rows) {
   const double top = head.top_mm() - 1.0;
   const double bottom = std::max(top - 262.0, head.bottom_mm() + 2.0);

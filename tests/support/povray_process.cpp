@@ -40,7 +40,8 @@ int Run(const std::vector<std::string>& words, const std::filesystem::path& fold
   return WEXITSTATUS(status);
 }
 
-/// The number behind `mark` in the part of the log that begins with `title`, at most two lines long; 0 if there is none.
+/// The number behind `mark` in the part of the log that begins with `title`, at most two lines long; 0 if there is
+/// none.
 double NumberAfter(const std::string& log, const std::string& title, const std::string& mark) {
   const std::size_t begin = log.find(title);
   if (begin == std::string::npos) return 0.0;
@@ -133,8 +134,10 @@ Result<PovrayPicture> RunPovray(const std::string& scene, const PovraySampling& 
   const int status = Run(Command(sampling, name), folder, log_path);
   const std::string log = Contents(log_path);
   if (status != 0) {
-    return Fail(kAttempted, fmt::format("it ended with {}: {}", status, log.substr(log.size() - std::min<std::size_t>(log.size(), 600))),
-                "read " + log_path.string());
+    return Fail(
+        kAttempted,
+        fmt::format("it ended with {}: {}", status, log.substr(log.size() - std::min<std::size_t>(log.size(), 600))),
+        "read " + log_path.string());
   }
   const std::string bytes = Contents(picture);
   Result<RgbImage> image = ReadLinearPpm(bytes);

@@ -20,11 +20,11 @@ tl::unexpected<Error> Refuse(const std::string& seen) {
   return Fail(kAttempted, seen, "use only what both programs define alike");
 }
 
-std::string Text(const Eigen::Vector3d& v) { return fmt::format("<{:.9g},{:.9g},{:.9g}>", v.x(), v.y(), v.z()); }
-std::string Text(const LinearRgb& c) { return Text(Eigen::Vector3d(c.cast<double>())); }
+std::string VectorText(const Eigen::Vector3d& v) { return fmt::format("<{:.9g},{:.9g},{:.9g}>", v.x(), v.y(), v.z()); }
+std::string ColourText(const LinearRgb& c) { return VectorText(c.cast<double>()); }
 
 /// povray's matrix takes rows: the images of the axes, then the shift.
-std::string Text(const Eigen::Isometry3d& outer_from_inner) {
+std::string MatrixText(const Eigen::Isometry3d& outer_from_inner) {
   std::string text = "matrix <";
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 3; ++row) {
@@ -50,15 +50,16 @@ std::string CameraText(const Camera& camera, double aspect) {
   // povray's rays pass direction + (x - 1/2) right + (1/2 - y) up with x, y = 0 … 1 across the picture.
   return fmt::format("camera {{ {} location {} direction {} right {} up {} }}\n",
                      camera.projection == Projection::kPerspective ? "perspective" : "orthographic",
-                     Text(camera.eye_in_station), Text(forward), Text(2.0 * camera.half_height * aspect * right),
-                     Text(2.0 * camera.half_height * up));
+                     VectorText(camera.eye_in_station), VectorText(forward),
+                     VectorText(2.0 * camera.half_height * aspect * right), VectorText(2.0 * camera.half_height * up));
 }
 
-// --- light ------------------------------------------------------------------------------------------------------------
+// --- light
+// ------------------------------------------------------------------------------------------------------------
 
 std::string ParallelLight(const Eigen::Vector3d& towards, const LinearRgb& radiance) {
-  return fmt::format("light_source {{ {} rgb {} parallel point_at <0,0,0> }}\n", Text(kLightDistance * towards),
-                     Text(radiance));
+  return fmt::format("light_source {{ {} rgb {} parallel point_at <0,0,0> }}\n", VectorText(kLightDistance * towards),
+                     ColourText(radiance));
 }
 
 /// The light frame of environment.h turns with the camera's azimuth.
@@ -76,13 +77,12 @@ Eigen::Matrix3d StationFromLight(const Camera& camera) {
 /// Environment as far lights: a rank-1 lattice (golden ratio) in the environment's own draws.
 std::string SkyLights(const Environment& environment, const Camera& camera, const PovraySceneOptions& options) {
   constexpr double kGoldenShare = 0.6180339887498949;
-  constexpr double kSecondShare = 0.7548776662466927;  // of the plastic number: shifts between seeds
   const Eigen::Matrix3d station_from_light = StationFromLight(camera);
   std::string text;
   const auto fraction = [](double value) { return static_cast<float>(std::min(value - std::floor(value), 0.9999999)); };
   for (int k = 0; k < options.sky_lights; ++k) {
-    const float u = fraction((k + 0.5) / options.sky_lights + kSecondShare * options.sky_seed);
-    const float v = fraction(kGoldenShare * (k + 0.5) + kSecondShare * kSecondShare * options.sky_seed);
+    const float u = fraction((k + 0.5) / options.sky_lights);
+    const float v = fraction(kGoldenShare * (k + 0.5));
     const Environment::Draw draw = environment.Sample(u, v);
     // A far light's radiance is what white matte reflects of it: L / (π · density) per draw.
     const LinearRgb radiance = draw.radiance / (draw.density * static_cast<float>(kPi * options.sky_lights));
@@ -103,10 +103,11 @@ Result<std::string> Background(const Environment& environment) {
       return Refuse("the environment is not even, so its background cannot be shown");
     }
   }
-  return fmt::format("background {{ rgb {} }}\n", Text(seen));
+  return fmt::format("background {{ rgb {} }}\n", ColourText(seen));
 }
 
-// --- lenses -----------------------------------------------------------------------------------------------------------
+// --- lenses
+// -----------------------------------------------------------------------------------------------------------
 
 /// The side of one surface on which the glass is, in the lens frame; `behind`: the eye's side of the surface.
 Result<std::string> SideOf(const LensSurface& surface, bool behind) {
@@ -116,35 +117,35 @@ Result<std::string> SideOf(const LensSurface& surface, bool behind) {
   // Behind a surface that is hollow towards the front is outside its sphere.
   const char* side = (u < 0.0) == behind ? " inverse" : "";
   if (u == 0.0 && v == 0.0) {
-    return fmt::format("plane {{ <0,0,1>, 0{} {} }}", behind ? "" : " inverse", Text(surface.lens_from_surface));
+    return fmt::format("plane {{ <0,0,1>, 0{} {} }}", behind ? "" : " inverse", MatrixText(surface.lens_from_surface));
   }
   if (u == v) {
     return fmt::format("sphere {{ <0,0,0>, {:.12g}{} {} }}", std::abs(1.0 / u), side,
-                       Text(surface.lens_from_surface * shift));
+                       MatrixText(surface.lens_from_surface * shift));
   }
   if (v == 0.0) {
     const Eigen::Isometry3d centre(Eigen::Translation3d(0.0, 0.0, -1.0 / u));
     return fmt::format("cylinder {{ <0,-1000,0>, <0,1000,0>, {:.12g}{} {} }}", std::abs(1.0 / u), side,
-                       Text(surface.lens_from_surface * centre));
+                       MatrixText(surface.lens_from_surface * centre));
   }
   if (std::abs(u) < std::abs(v)) return Refuse("a torus has its stronger curvature along v");
   // povray's ring turns about its y; ours about u.
   const Eigen::Isometry3d turn = Axes({0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   return fmt::format("torus {{ {:.12g}, {:.12g} sturm{} {} }}", std::abs(1.0 / v - 1.0 / u), std::abs(1.0 / u), side,
-                     Text(surface.lens_from_surface * shift * turn));
+                     MatrixText(surface.lens_from_surface * shift * turn));
 }
 
 /// The cylinder over the outline, in the lens frame, long enough for any lens.
 std::string PrismText(const LensOutline& outline) {
   constexpr double kReach = 60.0;  // mm
-  std::string text = fmt::format("prism {{ linear_sweep linear_spline {}, {}, {}", -kReach, kReach,
-                                 outline.points.size() + 1);
+  std::string text =
+      fmt::format("prism {{ linear_sweep linear_spline {}, {}, {}", -kReach, kReach, outline.points.size() + 1);
   for (std::size_t i = 0; i <= outline.points.size(); ++i) {
     const Eigen::Vector2d& point = outline.points[i % outline.points.size()];
     text += fmt::format("{}<{:.9g},{:.9g}>", i % 8 == 0 ? ",\n" : ", ", point.x(), point.y());
   }
   // povray sweeps the x-z plane along y.
-  return text + " " + Text(Axes({1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0})) + " }";
+  return text + " " + MatrixText(Axes({1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0})) + " }";
 }
 
 /// The share of light that one face passes on its straight way to a rough surface: the mean over the lights.
@@ -168,7 +169,7 @@ double PassedByFace(const SolidLens& lens, const Lighting& lighting) {
 std::string InteriorText(const SolidLens& lens) {
   const LinearRgb absorbance = -lens.finish.transmittance.array().log().matrix();
   return fmt::format("interior {{ ior {:.12g} fade_power 1001 fade_distance 2 fade_color rgb {} }}", lens.form.index,
-                     Text(LinearRgb(LinearRgb::Ones() - absorbance)));
+                     ColourText(LinearRgb::Ones() - absorbance));
 }
 
 Result<std::string> LensText(const SolidLens& lens, const Lighting& lighting, const PovraySceneOptions& options,
@@ -181,7 +182,7 @@ Result<std::string> LensText(const SolidLens& lens, const Lighting& lighting, co
   const Result<std::string> back = SideOf(lens.form.back, false);
   if (!back) return back;
   const std::string solid = fmt::format("intersection {{\n{}\n{}\n{}\n{}\n", *front, *back, PrismText(lens.outline),
-                                        Text(lens.station_from_lens));
+                                        MatrixText(lens.station_from_lens));
   if (options.view == PovrayView::kParts) {
     return solid + fmt::format("pigment {{ rgb {:.9g} }} finish {{ emission 1 diffuse 0 }} }}\n", grey);
   }
@@ -189,7 +190,8 @@ Result<std::string> LensText(const SolidLens& lens, const Lighting& lighting, co
   text += options.view == PovrayView::kLit && options.glass == PovrayGlass::kFresnel
               ? "finish { diffuse 0 reflection { 0, 1 fresnel on } conserve_energy }\n"
               : "finish { diffuse 0 }\n";
-  text += (options.view == PovrayView::kLit ? InteriorText(lens) : fmt::format("interior {{ ior {} }}", lens.form.index));
+  text +=
+      (options.view == PovrayView::kLit ? InteriorText(lens) : fmt::format("interior {{ ior {} }}", lens.form.index));
   text += " no_shadow }\n";
   if (options.view != PovrayView::kLit) return text;
   return text + solid +
@@ -197,7 +199,8 @@ Result<std::string> LensText(const SolidLens& lens, const Lighting& lighting, co
          InteriorText(lens) + " no_image no_reflection no_radiosity }\n";
 }
 
-// --- items ------------------------------------------------------------------------------------------------------------
+// --- items
+// ------------------------------------------------------------------------------------------------------------
 
 template <class Values>
 void AppendVectors(std::string& text, const char* name, const Values& values) {
@@ -233,8 +236,9 @@ std::string DepthPigment(const Camera& camera, const PovraySceneOptions& options
   station_from_pattern.topRightCorner<3, 1>() = camera.eye_in_station + options.near_mm * forward;
   Eigen::Isometry3d placed;
   placed.matrix() = station_from_pattern;
-  return fmt::format("pigment {{ gradient x color_map {{ [0 rgb 0] [1 rgb 1] }} {} }} finish {{ emission 1 diffuse 0 }}",
-                     Text(placed));
+  return fmt::format(
+      "pigment {{ gradient x color_map {{ [0 rgb 0] [1 rgb 1] }} {} }} finish {{ emission 1 diffuse 0 }}",
+      MatrixText(placed));
 }
 
 Result<std::string> ItemText(const SceneItem& item, const Camera& camera, const PovraySceneOptions& options,
@@ -246,7 +250,7 @@ Result<std::string> ItemText(const SceneItem& item, const Camera& camera, const 
   std::string look;
   switch (options.view) {
     case PovrayView::kLit:
-      look = fmt::format("pigment {{ rgb {} }} finish {{ diffuse 1 }}", Text(item.material.colour));
+      look = fmt::format("pigment {{ rgb {} }} finish {{ diffuse 1 }}", ColourText(item.material.colour));
       break;
     case PovrayView::kDepth:
       look = DepthPigment(camera, options);
@@ -274,9 +278,11 @@ Result<std::string> PovrayScene(const Scene& scene, const Camera& camera, const 
   if (options.view == PovrayView::kLit) {
     for (const FarLight& light : lighting.lights) text += ParallelLight(light.towards, light.radiance);
     text += SkyLights(lighting.environment, camera, options);
-    const Result<std::string> background = Background(lighting.environment);
-    if (!background) return background;
-    text += *background;
+    if (options.background == PovraySceneOptions::Background::kEnvironment) {
+      const Result<std::string> background = Background(lighting.environment);
+      if (!background) return background;
+      text += *background;
+    }
   } else {
     text += options.view == PovrayView::kDepth ? "background { rgb 1 }\n" : "background { rgb 0 }\n";
   }

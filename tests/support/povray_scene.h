@@ -28,8 +28,8 @@ struct PovraySceneOptions {
   /// Of how many parallel lights the environment is made, drawn with its own Sample at a regular lattice; 0: the
   /// environment is seen but does not light.
   int sky_lights = 0;
-  /// Which lattice: another gives another draw of the lights.
-  unsigned sky_seed = 0;
+  /// What is seen where nothing is: the environment, which must then be even, or black.
+  enum class Background { kEnvironment, kBlack } background = Background::kEnvironment;
   /// Text put into global_settings, for example a radiosity block.
   std::string settings;
 };
@@ -37,8 +37,8 @@ struct PovraySceneOptions {
 /// The grey of item `index` in kParts, 0 … 1; lenses follow the items. Background is 0.
 [[nodiscard]] double PartGrey(std::size_t index, std::size_t count);
 
-/// `scene` in povray 3.7's language: one unit is 1 mm, station frame, linear colours (assumed_gamma 1), direct light only
-/// (as TraceOptions::max_bounces = 0). Items: kMatte of one colour as smooth triangles. Far lights: parallel, with
+/// `scene` in povray 3.7's language: one unit is 1 mm, station frame, linear colours (assumed_gamma 1), direct light
+/// only (as TraceOptions::max_bounces = 0). Items: kMatte of one colour as smooth triangles. Far lights: parallel, with
 /// shadows. Lenses: intersections of spheres, tori or planes with a prism over the outline, index and Beer's law in
 /// the interior, reflection by povray's own Fresnel formula with the energy conserved; no coating, no gradient.
 /// povray's own shadows of glass are dimmed by Beer's law but not by reflection: an unseen copy of the lens throws the
