@@ -14,7 +14,8 @@ namespace {
 constexpr const char* kAttempted = "render a picture";
 constexpr double kLargestCoordinate = 1e6;  // mm: 1 km
 
-bool IsShare(float value) { return value >= 0.0F && value <= 1.0F; }
+/// Within 0 … 1, rounding above allowed.
+bool IsShare(float value) { return value >= 0.0F && value <= 1.0F + 1e-5F; }
 bool IsShare(const LinearRgb& rgb) { return IsShare(rgb[0]) && IsShare(rgb[1]) && IsShare(rgb[2]); }
 
 /// What is wrong with a material, if anything.
@@ -76,9 +77,8 @@ std::optional<std::string> FlawOf(const std::vector<Vector>& values, std::size_t
 std::optional<std::string> FlawOf(const SceneItem& item) {
   const std::size_t count = item.mesh.vertices.size();
   if (auto flaw = FlawOf(item.mesh)) return flaw;
-  if (auto flaw = FlawOf(item.normals, count, "normals", [](const Eigen::Vector3d& n) {
-        return n.allFinite() && n.cwiseAbs().maxCoeff() <= 1e6;
-      })) {
+  if (auto flaw = FlawOf(item.normals, count, "normals",
+                         [](const Eigen::Vector3d& n) { return n.allFinite() && n.cwiseAbs().maxCoeff() <= 1e6; })) {
     return flaw;
   }
   if (auto flaw = FlawOf(item.colours, count, "colours",

@@ -2,8 +2,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <string_view>
-#include <vector>
+#include <utility>
 
 #include "render/colour.h"
 
@@ -36,20 +37,19 @@ class Environment {
     LinearRgb radiance;
     float density = 0.0F;  ///< Per steradian, > 0.
   };
-  /// u, v in [0, 1).
+  /// u, v in [0, 1). Without jumps within wide areas: evenly spread (u, v) give evenly spread directions.
   [[nodiscard]] Draw Sample(float u, float v) const;
   /// Density with which Sample draws `direction`, per steradian.
   [[nodiscard]] float Density(const Eigen::Vector3f& direction) const;
+  /// Radiance and Density of `direction`; cheaper than asking twice.
+  [[nodiscard]] Draw At(const Eigen::Vector3f& direction) const;
 
  private:
-  Environment() = default;
-  // A table over equal steps of longitude and of sin(latitude): cells of equal solid angle, radiance stored per cell
-  // and interpolated by nobody: what is seen is what is sampled.
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<LinearRgb> radiance_;
-  std::vector<float> row_cumulative_;     // rows_ + 1
-  std::vector<float> column_cumulative_;  // rows_ x (columns_ + 1)
+  struct Table;
+  explicit Environment(std::shared_ptr<const Table> table) : table_(std::move(table)) {}
+
+  // Shared, since environments are copied with every Lighting and a table is some megabytes that nobody changes.
+  std::shared_ptr<const Table> table_;
 };
 
 }  // namespace annulus

@@ -50,9 +50,8 @@ Eigen::Vector3d WithinSurface(const Eigen::Vector3d& direction, const Eigen::Vec
 std::vector<Eigen::Vector3d> GrooveDirections(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& normals) {
   std::vector<Eigen::Matrix3d> dyads(mesh.vertices.size(), Eigen::Matrix3d::Zero());
   for (const auto& face : mesh.faces) {
-    const Eigen::Matrix3d dyad =
-        GrooveDyad({mesh.vertices[face[0]], mesh.vertices[face[1]], mesh.vertices[face[2]]},
-                   {normals[face[0]], normals[face[1]], normals[face[2]]});
+    const Eigen::Matrix3d dyad = GrooveDyad({mesh.vertices[face[0]], mesh.vertices[face[1]], mesh.vertices[face[2]]},
+                                            {normals[face[0]], normals[face[1]], normals[face[2]]});
     for (const std::uint32_t vertex : face) dyads[vertex] += dyad;
   }
   std::vector<Eigen::Vector3d> directions;

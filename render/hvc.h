@@ -16,7 +16,7 @@ namespace annulus {
 ///     S1 = (8.880 + 0.966 cos θ) M1    S2 = (8.025 + 2.558 sin θ) M2    H = the angle of (S1, −S2)    C = |S|
 ///
 /// Below a = 0.00886 the cube root is continued by CIE's straight line, so that black has V = 0 and no slope is
-/// infinite. Against the 1943 renotation's 2008 samples of value >= 2 and chroma 4 … 14: hue within 1.6 of Munsell's
+/// infinite. Against the 1943 renotation's 1614 samples of value >= 2 and chroma 4 … 14: hue within 1.6 of Munsell's
 /// 100 steps in the mean and 6.5 at most, value within 0.11, chroma within 0.56 in the mean and 2.2 at most.
 struct Hvc {
   double hue = 0.0;  ///< rad, 0 … 2π; Munsell's 100 hues from 10RP: 5R at 0.314, 5Y 1.57, 5G 2.83, 5B 4.08, 5P 5.34.

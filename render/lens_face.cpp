@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace annulus {
@@ -10,8 +11,10 @@ namespace {
 /// Sines of the slope up to which the sag is the torus' own; beyond, it goes on straight, so that Newton's method and
 /// the bound of its bending do not break down at the torus' rim.
 constexpr double kSteepest = 0.9999;
-constexpr double kNarrowest = 1e-9;  // mm: two roots as near as this are none
-constexpr double kStepDone = 1e-13;  // mm
+constexpr double kFlank = 0.014141782065920829;  // √(1 − kSteepest²)
+constexpr double kNarrowest = 1e-9;              // mm: two roots as near as this are none
+constexpr double kStepDone = 1e-13;              // mm
+constexpr double kNearlyDone = 1e-7;             // mm
 constexpr int kMostSteps = 60;
 
 struct Sag {
@@ -22,7 +25,6 @@ struct Sag {
 /// Sag of the tyre torus (lens_surface.h) of curvatures a and b, and its slopes: with g the sag of the generating
 /// circle, W = 1 − b·g and Q = √(W² − b²v²) it is (1 − Q)/b.
 Sag SagAt(double a, double b, double u, double v) {
-  static const double kFlank = std::sqrt(1.0 - kSteepest * kSteepest);
   const double x = a * u;
   double g = 0.0;
   double gu = 0.0;
@@ -116,8 +118,32 @@ void Isolate(const TorusOnRay& torus, const End& low, const End& high, FaceRoots
   Isolate(torus, {middle, value.f}, high, roots);
 }
 
-FaceRoots MeetTorus(const TorusOnRay& torus, double low, double high) {
+/// Newton's method from `t` without a bracket; NaN if it is not there within few steps.
+double NewtonFrom(const TorusOnRay& torus, double t, TorusOnRay::Value value) {
+  constexpr int kFewSteps = 6;
+  for (int step = 0; step < kFewSteps; ++step) {
+    const double change = value.f / value.slope;
+    t -= change;
+    // Its square, times a curvature below 1/mm, is what is still missing.
+    if (std::abs(change) < kNearlyDone) return t;
+    value = torus.At(t);
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+FaceRoots MeetTorus(const TorusOnRay& torus, double low, double high, bool starts_here) {
   FaceRoots roots;
+  const double length = high - low;
+  const double middle = 0.5 * (low + high);
+  const TorusOnRay::Value value = torus.At(middle);
+  if (std::abs(value.slope) > 0.5 * torus.bending * length) {  // at most one
+    if (starts_here) return roots;
+    const double t = NewtonFrom(torus, middle, value);
+    if (t >= low && t <= high) {
+      roots.t[roots.count++] = t;
+      return roots;
+    }
+  }
   Isolate(torus, {low, torus.At(low).f}, {high, torus.At(high).f}, roots);
   return roots;
 }
@@ -182,24 +208,23 @@ double LensFace::Before(const Eigen::Vector3d& p_in_lens) const {
 Eigen::Vector3d LensFace::Normal(const Eigen::Vector3d& p_in_lens) const {
   const Eigen::Vector3d p = ToSurface(p_in_lens);
   if (curvature_u_ == curvature_v_) {
-    return rotation_.transpose() * (Eigen::Vector3d::UnitZ() + curvature_u_ * p).normalized();
+    return (rotation_.transpose() * (Eigen::Vector3d::UnitZ() + curvature_u_ * p)).normalized();
   }
   const Sag sag = SagAt(curvature_u_, curvature_v_, p.x(), p.y());
   return rotation_.transpose() * Eigen::Vector3d(sag.hu, sag.hv, 1.0).normalized();
 }
 
-FaceRoots LensFace::Meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double low,
-                         double high) const {
-  const Eigen::Vector3d o = ToSurface(origin);
-  const Eigen::Vector3d d = rotation_ * direction;
+FaceRoots LensFace::Meet(const Stretch& ray) const {
+  const Eigen::Vector3d o = ToSurface(ray.origin);
+  const Eigen::Vector3d d = rotation_ * ray.direction;
   if (curvature_u_ != curvature_v_) {
     const double across = d.x() * d.x() + d.y() * d.y();
-    return MeetTorus({curvature_u_, curvature_v_, o, d, bending_ * across}, low, high);
+    return MeetTorus({curvature_u_, curvature_v_, o, d, bending_ * across}, ray.low, ray.high, ray.starts_here);
   }
   FaceRoots all = MeetSphere(curvature_u_, o, d);
   FaceRoots within;
   for (std::size_t i = 0; i < all.count; ++i) {
-    if (all.t[i] >= low && all.t[i] <= high) within.t[within.count++] = all.t[i];
+    if (all.t[i] >= ray.low && all.t[i] <= ray.high) within.t[within.count++] = all.t[i];
   }
   return within;
 }

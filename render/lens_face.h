@@ -37,10 +37,16 @@ class LensFace {
   [[nodiscard]] double Before(const Eigen::Vector3d& p_in_lens) const;
   /// Unit normal at a point on the surface, forward, lens frame.
   [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_in_lens) const;
-  /// All meetings of origin + t·direction (unit; lens frame, origin near the lens) with low <= t <= high, which must be
-  /// within the region.
-  [[nodiscard]] FaceRoots Meet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double low,
-                               double high) const;
+  /// A stretch of the ray origin + t·direction (unit; lens frame, origin near the lens) within the region.
+  struct Stretch {
+    Eigen::Vector3d origin;
+    Eigen::Vector3d direction;
+    double low = 0.0;
+    double high = 0.0;
+    bool starts_here = false;  ///< It starts on this surface at t about low: that meeting may be left out.
+  };
+  /// All meetings with low <= t <= high.
+  [[nodiscard]] FaceRoots Meet(const Stretch& ray) const;
 
  private:
   [[nodiscard]] Eigen::Vector3d ToSurface(const Eigen::Vector3d& p) const { return rotation_ * (p - vertex_); }

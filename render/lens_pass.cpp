@@ -80,15 +80,13 @@ class SheetPass {
     const int x = ColumnOf(layers.front());
     const int y = RowOf(layers.front());
     SeenLight seen = BehindAt(x, y);
-    const Fragment& nearest = layers.back();
-    if (!optics_.IsPlano()) {
-      seen = Refracted(sampler_.At(x, y, nearest.face, nearest.depth), seen, farthest);
+    const Fragment& last = layers.back();
+    const SurfacePoint nearest = sampler_.At(x, y, last.face, last.depth);
+    if (!optics_.IsPlano()) seen = Refracted(nearest, seen, farthest);
+    for (const Fragment& fragment : layers.first(layers.size() - 1)) {
+      Filter(sampler_.At(x, y, fragment.face, fragment.depth), seen);
     }
-    for (const Fragment& fragment : layers) {
-      const SurfacePoint point = sampler_.At(x, y, fragment.face, fragment.depth);
-      seen.light = seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) +
-                   LensHighlight(point.shading);
-    }
+    Filter(nearest, seen);
     return seen;
   }
   [[nodiscard]] int ColumnOf(const Fragment& fragment) const {
@@ -99,6 +97,12 @@ class SheetPass {
   }
 
  private:
+  /// Lets the light pass one layer of the sheet.
+  static void Filter(const SurfacePoint& point, SeenLight& seen) {
+    seen.light =
+        seen.light.cwiseProduct(Transmittance(*point.material, point.solid.z())) + LensHighlight(point.shading);
+  }
+
   static LinearRgb Transmittance(const Material& material, float height) {
     if (!(material.gradient_from > material.gradient_to)) return material.transmittance;
     const float share =
@@ -152,7 +156,8 @@ class SheetPass {
       if (x < 0 || y < 0 || x >= picture_.grid.width || y >= picture_.grid.height) continue;
       const float stored = picture_.DepthAt(x, y);
       if (stored != depth && !(std::abs(static_cast<double>(stored) - static_cast<double>(depth)) <= limit)) continue;
-      const double weight = (k % 2 == 0 ? 1.0 - right_share : right_share) * (k / 2 == 0 ? 1.0 - lower_share : lower_share);
+      const double weight =
+          (k % 2 == 0 ? 1.0 - right_share : right_share) * (k / 2 == 0 ? 1.0 - lower_share : lower_share);
       const SeenLight seen = BehindAt(x, y);
       sum.light += static_cast<float>(weight) * seen.light;
       sum.cover += static_cast<float>(weight) * seen.cover;

@@ -9,6 +9,7 @@
 #include "base/ensure.h"
 #include "base/units.h"
 #include "render/studio.h"
+#include "render/tone.h"
 
 namespace annulus {
 namespace {
@@ -105,7 +106,8 @@ LinearRgb ShadeMetal(const Material& material, const LinearRgb& colour, const Sh
 
 /// Across the grooves of a brushed surface, within it.
 Eigen::Vector3f AcrossGrooves(const ShadingPoint& point) {
-  for (const Eigen::Vector3f& along : {point.along, Eigen::Vector3f(1.0F, 0.0F, 0.0F), Eigen::Vector3f(0.0F, 1.0F, 0.0F)}) {
+  for (const Eigen::Vector3f& along :
+       {point.along, Eigen::Vector3f(1.0F, 0.0F, 0.0F), Eigen::Vector3f(0.0F, 1.0F, 0.0F)}) {
     const Eigen::Vector3f across = point.normal.cross(along);
     const float length = across.norm();
     if (length > 1e-3F) return across / length;
@@ -138,13 +140,6 @@ constexpr double kDeepestTint = 0.02;
 constexpr double kPalestTint = 0.97;
 /// Beyond it every dye is black: 0.97^4096 < 1e-54.
 constexpr double kThickestDye = 4096.0;
-
-/// Leaves the lower three quarters alone and bends the rest smoothly below 1, as film does.
-float SoftLimit(float value) {
-  constexpr float kKnee = 0.75F;
-  constexpr float kRoom = 1.0F - kKnee;
-  return value <= kKnee ? value : kKnee + kRoom * (1.0F - std::exp((kKnee - value) / kRoom));
-}
 
 }  // namespace
 
@@ -201,13 +196,17 @@ LinearRgb Shade(const Material& material, const LinearRgb& colour, const Shading
   ENSURE(material.finish != Finish::kLens, "a lens has no surface colour of its own");
   const auto light = [&]() -> LinearRgb {
     switch (material.finish) {
-      case Finish::kMatte: return colour.cwiseProduct(MatteLight(point.normal));
-      case Finish::kMetal: return ShadeMetal(material, colour, point);
-      case Finish::kBrushed: return ShadeBrushed(material, colour, point);
-      default: return ShadeDielectric(material, colour, point);
+      case Finish::kMatte:
+        return colour.cwiseProduct(MatteLight(point.normal));
+      case Finish::kMetal:
+        return ShadeMetal(material, colour, point);
+      case Finish::kBrushed:
+        return ShadeBrushed(material, colour, point);
+      default:
+        return ShadeDielectric(material, colour, point);
     }
   }();
-  return {SoftLimit(light[0]), SoftLimit(light[1]), SoftLimit(light[2])};
+  return SoftLimit(light);
 }
 
 LinearRgb Shade(const Material& material, const ShadingPoint& point) { return Shade(material, material.colour, point); }

@@ -47,8 +47,8 @@ struct Material {
 
 /// A point to be shaded. Camera frame of camera.h with z turned towards the eye: x right, y up, z to the viewer.
 struct ShadingPoint {
-  Eigen::Vector3f normal;  ///< Unit, on the viewer's side.
-  Eigen::Vector3f to_eye;  ///< Unit.
+  Eigen::Vector3f normal;                           ///< Unit, on the viewer's side.
+  Eigen::Vector3f to_eye;                           ///< Unit.
   Eigen::Vector3f along = Eigen::Vector3f::Zero();  ///< Of the grooves of kBrushed; need not be unit; zero: any.
 };
 

@@ -88,27 +88,39 @@ float ReachAt(const PixelSamples& grid, const Eigen::Vector3f& position) {
   return static_cast<float>(2.0 * grid.half_height * kReachShare * scale);
 }
 
-/// How much of the half space over the pixel is closed within `reach` mm, 0 … 1.
-float OcclusionAt(const PixelSurface& surface, int x, int y, const ProbePattern& pattern, float reach) {
-  const std::size_t index = surface.window.Index(x, y);
+/// The pixels around one that are looked at, in its window.
+struct Probes {
+  std::array<std::size_t, kProbes> index{};
+  std::size_t count = 0;
+};
+
+Probes ProbesAt(const SampleWindow& window, int x, int y, const ProbePattern& pattern) {
   const std::size_t cell =
       static_cast<std::size_t>(y) % kPatternSide * kPatternSide + static_cast<std::size_t>(x) % kPatternSide;
+  Probes probes;
+  for (const Offset& offset : pattern[cell]) {
+    if (window.Contains(x + offset[0], y + offset[1])) {
+      probes.index[probes.count++] = window.Index(x + offset[0], y + offset[1]);
+    }
+  }
+  return probes;
+}
+
+/// How much of the half space over the pixel is closed within `reach` mm, 0 … 1.
+float OcclusionAt(const PixelSurface& surface, std::size_t index, const Probes& probes, float reach) {
   const Eigen::Vector3f position = surface.position[index];
   const Eigen::Vector3f normal = surface.normal[index];
   const float per_square = 1.0F / (reach * reach);
   float sum = 0.0F;
-  for (const Offset& offset : pattern[cell]) {
-    const int probe_x = x + offset[0];
-    const int probe_y = y + offset[1];
-    if (!surface.window.Contains(probe_x, probe_y)) continue;
-    const std::size_t probe = surface.window.Index(probe_x, probe_y);
+  for (std::size_t k = 0; k < probes.count; ++k) {
+    const std::size_t probe = probes.index[k];
     const Eigen::Vector3f between = surface.position[probe] - position;
     const float square = between.squaredNorm();
     const float along = between.dot(normal);
-    // Most of what is around lies below the tangent plane.
-    if (along <= 0.0F || square <= 1e-12F || square * per_square >= 1.0F || IsEmpty(surface.normal[probe])) continue;
-    const float rise = along / std::sqrt(square);
-    sum += std::max(0.0F, rise - kTangentBias) * (1.0F - square * per_square);
+    // Most of what is around lies below the tangent plane, or nearly in it.
+    if (along <= 0.0F || along * along <= kTangentBias * kTangentBias * square || square <= 1e-12F) continue;
+    if (square * per_square >= 1.0F || IsEmpty(surface.normal[probe])) continue;
+    sum += std::max(0.0F, along / std::sqrt(square) - kTangentBias) * (1.0F - square * per_square);
   }
   return std::min(1.0F, 2.2F * sum / static_cast<float>(kProbes));
 }
@@ -159,43 +171,30 @@ SampleWindow PixelsOf(const SampleWindow& samples, int side) {
   return {column, row, (samples.column_end() - 1) / side - column + 1, (samples.row_end() - 1) / side - row + 1};
 }
 
-}  // namespace
-
-AmbientLight JudgeAmbientLight(const Layer& layer, const PixelSamples& grid, const std::stop_token& stop) {
-  const int width = grid.width / grid.supersampling;
-  const int height = grid.height / grid.supersampling;
-  const double reach_pixels = kReachShare * height;
-  const int reach = static_cast<int>(std::ceil(reach_pixels)) + 2;
-  AmbientLight light = layer.ambient;
-  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  const bool anew = light.occlusion.size() != count;
-  // What has changed, whose occlusion and whose smoothed occlusion that changes, and what those look at.
-  const SampleWindow changed = PixelsOf(anew ? layer.window : light.stale, grid.supersampling);
-  const SampleWindow judged = anew ? changed : Grown(changed, reach, width, height);
-  const SampleWindow finished = Grown(judged, kSmoothingReach, width, height);
-  const SampleWindow around = Grown(judged, reach + 2 * kSmoothingReach, width, height);
-  light.stale = {};
-  if (anew) {
-    light.occlusion.assign(count, 0.0F);
-    light.visibility.assign(count, 1.0F);
-  }
-  if (judged.IsEmpty()) return light;
-  const SampleWindow whole{0, 0, width, height};
-  const PixelSurface surface = NearestSamples(layer, grid, around, stop);
-  const ProbePattern pattern = MakePattern(reach_pixels);
+/// Judges the pixels of a window anew.
+void JudgeOcclusion(const PixelSurface& surface, const SampleWindow& judged, const PixelSamples& grid,
+                    const std::stop_token& stop, AmbientLight& light) {
+  const SampleWindow whole{0, 0, grid.width / grid.supersampling, grid.height / grid.supersampling};
+  const ProbePattern pattern = MakePattern(kReachShare * whole.height);
   ForEachBand((judged.height + kRowsPerBand - 1) / kRowsPerBand, grid.threads, stop, [&](int band) {
     const int end = std::min(judged.row_end(), judged.row + (band + 1) * kRowsPerBand);
     for (int y = judged.row + band * kRowsPerBand; y < end; ++y) {
       for (int x = judged.column; x < judged.column_end(); ++x) {
-        const std::size_t index = around.Index(x, y);
-        light.occlusion[whole.Index(x, y)] =
-            IsEmpty(surface.normal[index])
-                ? 0.0F
-                : OcclusionAt(surface, x, y, pattern, ReachAt(grid, surface.position[index]));
+        const std::size_t index = surface.window.Index(x, y);
+        light.occlusion[whole.Index(x, y)] = IsEmpty(surface.normal[index])
+                                                 ? 0.0F
+                                                 : OcclusionAt(surface, index, ProbesAt(surface.window, x, y, pattern),
+                                                               ReachAt(grid, surface.position[index]));
       }
     }
   });
-  PixelValues raw{Grown(finished, kSmoothingReach, width, height), {}};
+}
+
+/// Smooths the occlusion into the visibility of the pixels of a window.
+void SmoothVisibility(const PixelSurface& surface, const SampleWindow& finished, const PixelSamples& grid,
+                      AmbientLight& light) {
+  const SampleWindow whole{0, 0, grid.width / grid.supersampling, grid.height / grid.supersampling};
+  PixelValues raw{Grown(finished, kSmoothingReach, whole.width, whole.height), {}};
   raw.values.reserve(raw.window.Count());
   for (int y = raw.window.row; y < raw.window.row_end(); ++y) {
     const auto from = light.occlusion.begin() + static_cast<std::ptrdiff_t>(whole.Index(raw.window.column, y));
@@ -211,6 +210,31 @@ AmbientLight JudgeAmbientLight(const Layer& layer, const PixelSamples& grid, con
       light.visibility[whole.Index(x, y)] = 1.0F - smooth.values[finished.Index(x, y)];
     }
   }
+}
+
+}  // namespace
+
+AmbientLight JudgeAmbientLight(const Layer& layer, const PixelSamples& grid, const std::stop_token& stop) {
+  const int width = grid.width / grid.supersampling;
+  const int height = grid.height / grid.supersampling;
+  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const int reach = static_cast<int>(std::ceil(kReachShare * height)) + 2;
+  AmbientLight light = layer.ambient;
+  const bool anew = light.occlusion.size() != count;
+  if (anew) {
+    light.occlusion.assign(count, 0.0F);
+    light.visibility.assign(count, 1.0F);
+  }
+  // What has changed, whose occlusion and whose smoothed occlusion that changes, and what those look at.
+  const SampleWindow changed = PixelsOf(anew ? layer.window : light.stale, grid.supersampling);
+  const SampleWindow judged = anew ? changed : Grown(changed, reach, width, height);
+  const SampleWindow finished = Grown(judged, kSmoothingReach, width, height);
+  light.stale = {};
+  if (judged.IsEmpty()) return light;
+  const PixelSurface surface =
+      NearestSamples(layer, grid, Grown(judged, reach + 2 * kSmoothingReach, width, height), stop);
+  JudgeOcclusion(surface, judged, grid, stop, light);
+  SmoothVisibility(surface, finished, grid, light);
   return light;
 }
 

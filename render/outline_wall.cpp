@@ -8,8 +8,8 @@ namespace annulus {
 namespace {
 
 constexpr std::size_t kAngleSteps = 512;
-/// Cosine of the angle up to which neighbouring sides are one smooth curve.
-const double kSmooth = std::cos(25.0 / 180.0 * 3.14159265358979);
+/// Cosine of the 25° up to which neighbouring sides are one smooth curve.
+constexpr double kSmooth = 0.906308;
 
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -53,6 +53,7 @@ OutlineWall::OutlineWall(const LensOutline& outline) : centre_(BoxOf(outline).ce
   }
   for (std::size_t i = 0; i < count; ++i) {
     Side& next = sides_[After(i)];
+    is_convex_ = is_convex_ && Cross(sides_[i].normal, next.normal) >= 0.0;
     if (sides_[i].normal.dot(next.normal) < kSmooth) continue;
     next.from_normal = (sides_[i].normal + next.normal).normalized();
     sides_[i].to_normal = next.from_normal;
@@ -82,8 +83,7 @@ bool OutlineWall::Inside(const Eigen::Vector2d& point) const {
   const double squared = p.squaredNorm();
   if (squared < inner_radius_ * inner_radius_) return true;
   if (!(squared <= outer_radius_ * outer_radius_)) return false;
-  const Side& side = sides_[SideTowards(p)];
-  return side.normal.dot(p - side.from) <= 0.0;
+  return IsWithin(SideTowards(p), p);
 }
 
 Eigen::Vector2d OutlineWall::SmoothNormal(std::size_t side, const Eigen::Vector2d& point) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -38,6 +39,8 @@ class OutlineWall {
   [[nodiscard]] Eigen::Vector2d SmoothNormal(std::size_t side, const Eigen::Vector2d& point) const;
 
  private:
+  static constexpr double kCentral = 1e-9;  // mm
+
   /// From one point of the outline to the next, about the centre.
   struct Side {
     Eigen::Vector2d from;
@@ -47,6 +50,9 @@ class OutlineWall {
     Eigen::Vector2d to_normal;
   };
   [[nodiscard]] std::size_t SideTowards(const Eigen::Vector2d& about_centre) const;
+  [[nodiscard]] bool IsWithin(std::size_t side, const Eigen::Vector2d& about_centre) const {
+    return sides_[side].normal.dot(about_centre - sides_[side].from) <= 0.0;
+  }
   [[nodiscard]] std::size_t After(std::size_t side) const { return side + 1 == sides_.size() ? 0 : side + 1; }
   [[nodiscard]] std::size_t Before(std::size_t side) const { return side == 0 ? sides_.size() - 1 : side - 1; }
 
@@ -55,6 +61,7 @@ class OutlineWall {
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double inner_radius_ = 0.0;
   double outer_radius_ = 0.0;
+  bool is_convex_ = true;
 };
 
 template <typename Visit>
@@ -66,22 +73,26 @@ void OutlineWall::ForEachCrossing(const Eigen::Vector2d& origin, const Eigen::Ve
   const Eigen::Vector2d b = o + stretch.to * direction;
   const double inner2 = inner_radius_ * inner_radius_;
   if (a.squaredNorm() < inner2 && b.squaredNorm() < inner2) return;
-  // Seen from the centre the ray turns one way only: the sides towards it, in that order, are all that it can cross.
-  const bool turns_left = cross(a, direction) > 0.0;
-  std::size_t side = SideTowards(a);
-  std::size_t last = SideTowards(b);
-  side = turns_left ? Before(side) : After(side);  // one more on each side, for what rounding does
-  last = turns_left ? After(last) : Before(last);
-  for (std::size_t seen = 0; seen <= sides_.size(); ++seen) {
+  const std::size_t side_a = SideTowards(a);
+  const std::size_t side_b = SideTowards(b);
+  if (is_convex_ && IsWithin(side_a, a) && IsWithin(side_b, b)) return;
+  // Seen from the centre the ray turns one way only: the sides towards it are all that it can cross, with one more at
+  // each end for what rounding does. A ray through the centre itself turns neither way: all sides.
+  const double turning = cross(a, direction);
+  const bool turns_left = turning > 0.0;
+  const std::size_t first = turns_left ? side_a : side_b;
+  const std::size_t last = turns_left ? side_b : side_a;
+  const std::size_t count = sides_.size();
+  const bool is_central = turning * turning < kCentral * kCentral * direction.squaredNorm();
+  const std::size_t visits = is_central ? count : std::min(count, (last + count - first) % count + 3);
+  std::size_t side = Before(first);
+  for (std::size_t visited = 0; visited < visits; ++visited, side = After(side)) {
     const double from = cross(direction, sides_[side].from - o);
     const double to = cross(direction, sides_[side].to - o);
-    if ((from < 0.0) != (to < 0.0)) {
-      const Eigen::Vector2d meets = sides_[side].from + from / (from - to) * (sides_[side].to - sides_[side].from) - o;
-      const double t = meets.dot(direction) / direction.squaredNorm();
-      if (t >= stretch.from && t <= stretch.to) visit(Crossing{t, side});
-    }
-    if (side == last) return;
-    side = turns_left ? After(side) : Before(side);
+    if ((from < 0.0) == (to < 0.0)) continue;
+    const Eigen::Vector2d meets = sides_[side].from + from / (from - to) * (sides_[side].to - sides_[side].from) - o;
+    const double t = meets.dot(direction) / direction.squaredNorm();
+    if (t >= stretch.from && t <= stretch.to) visit(Crossing{t, side});
   }
 }
 

@@ -16,8 +16,8 @@ enum class ScenePart { kOpaque, kLenses };
 /// One item of a prepared scene. Borrows the scene's item.
 struct PreparedItem {
   const SceneItem* item = nullptr;
-  std::uint32_t first_vertex = 0;  ///< In PreparedScene::mesh.
-  std::uint32_t end_face = 0;      ///< One past its last face.
+  std::uint32_t first_vertex = 0;          ///< In PreparedScene::mesh.
+  std::uint32_t end_face = 0;              ///< One past its last face.
   std::vector<Eigen::Vector3f> station{};  ///< Solid coordinates of its vertices where they matter and none are given.
   std::vector<Eigen::Vector3f> grooves{};  ///< Per vertex where the finish is kBrushed; as PreparedScene::normals.
 

@@ -109,8 +109,8 @@ std::vector<Fragment> RasterizeAll(const CameraMesh& mesh, const PixelSamples& g
     std::vector<Fragment>& fragments = of_band[static_cast<std::size_t>(band)];
     DrawBand(screen, band, [&](int column, int row, std::uint32_t face, float depth) {
       if (!(depth < limit.At(column, row))) return;
-      const auto sample = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.width) +
-                          static_cast<std::uint32_t>(column);
+      const auto sample =
+          static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.width) + static_cast<std::uint32_t>(column);
       fragments.push_back({sample, face, depth});
     });
     std::sort(fragments.begin(), fragments.end(), IsDrawnBefore);

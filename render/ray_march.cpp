@@ -40,10 +40,9 @@ Eigen::Vector2d PositionOf(const PixelSamples& grid, const Eigen::Vector3d& p) {
 /// How far along the ray things may be met.
 double WayOf(const PixelSamples& grid, const Eigen::Vector3d& start, const Eigen::Vector3d& direction,
              double farthest) {
-  constexpr double kLevel = 1e-6;
   double way = kLongestWay;
-  if (direction.z() > kLevel) way = std::min(way, (std::max(farthest, start.z()) - start.z() + 1.0) / direction.z());
-  if (direction.z() < -kLevel) way = std::min(way, 0.9 * (start.z() - grid.near_mm) / -direction.z());
+  if (direction.z() > 0.0) way = std::min(way, (std::max(farthest, start.z()) - start.z() + 1.0) / direction.z());
+  if (direction.z() < 0.0) way = std::min(way, 0.9 * (start.z() - grid.near_mm) / -direction.z());
   return std::max(way, 0.0);
 }
 
@@ -79,7 +78,11 @@ MarchEnd MarchRay(const OpaquePicture& picture, const Eigen::Vector3d& start, co
     const double share = static_cast<double>(k) / steps;
     const double depth = ray.DepthAt(share);
     const auto [x, y] = sample_at(share);
-    if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) break;
+    if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) {
+      const auto [seen_x, seen_y] = sample_at(last_in_sight);
+      hidden = picture.DepthAt(seen_x, seen_y) != kNoDepth;  // it left the picture over something
+      break;
+    }
     const double stored = picture.DepthAt(x, y);
     const double sample_size = grid.Pitch() * (is_perspective ? depth : 1.0);
     if (!(depth >= stored)) {

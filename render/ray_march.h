@@ -9,9 +9,10 @@ namespace annulus {
 /// Where a ray behind a lens ends, in the picture.
 struct MarchEnd {
   enum class Kind {
-    kMet,      ///< It meets what is seen at this place.
-    kHidden,   ///< It ends where the eye does not see; this is the last place on its way that is in sight.
-    kMissed,   ///< It meets nothing; this is where its direction points.
+    kMet,     ///< It meets what is seen at this place.
+    kHidden,  ///< It ends where the eye does not see: behind something or beside the picture. This is the last place
+              ///< on its way that is in sight.
+    kMissed,  ///< It meets nothing; this is where its direction points.
   } kind = Kind::kMissed;
   double x = 0.0;  ///< Samples, centres at whole numbers; finite, may lie outside the picture unless kMet.
   double y = 0.0;

@@ -23,7 +23,8 @@ struct SceneItem {
   Material material;
   std::string group;                     ///< For messages: "head", "frame", "lens".
   std::vector<Eigen::Vector3d> normals;  ///< Unit, per vertex; empty means area-weighted from the faces.
-  /// Per vertex, multiplied with the material's colour (make-up, the colours of a map); empty means 1. Finite, >= 0.
+  /// Per vertex, multiplied with the material's colour, at most 1 then, before a texture is laid over it (make-up, the
+  /// colours of a map); empty means 1. Finite, >= 0.
   std::vector<LinearRgb> colours{};
   /// Per vertex, mm: the body's own coordinates (of a worn frame the frame frame, z up) in which textures, gradients
   /// and the parting plane are laid; empty means the station frame.

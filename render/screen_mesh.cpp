@@ -41,7 +41,9 @@ std::int64_t Snap(double samples) {
 }
 
 // Centres lie at kSubsample * column + kSubsample / 2; the shift rounds down for negative positions too.
-int FirstCentreFrom(std::int64_t position) { return static_cast<int>((position - kSubsample / 2 + kSubsample - 1) >> 8); }
+int FirstCentreFrom(std::int64_t position) {
+  return static_cast<int>((position - kSubsample / 2 + kSubsample - 1) >> 8);
+}
 int LastCentreTo(std::int64_t position) { return static_cast<int>((position - kSubsample / 2) >> 8); }
 
 }  // namespace
@@ -50,8 +52,9 @@ ScreenMesh::ScreenMesh(const CameraMesh& mesh, const PixelSamples& grid, const s
     : mesh_(mesh), grid_(grid), view_planes_(ClipPlanesOf(grid, 1.0)), guard_planes_(ClipPlanesOf(grid, kGuard)) {
   Project(stop);
   chunks_.resize((mesh.faces.size() + kChunkFaces - 1) / kChunkFaces);
-  ForEachBand(static_cast<int>(chunks_.size()), grid.threads, stop,
-              [&](int index) { chunks_[static_cast<std::size_t>(index)] = SortChunk(static_cast<std::size_t>(index)); });
+  ForEachBand(static_cast<int>(chunks_.size()), grid.threads, stop, [&](int index) {
+    chunks_[static_cast<std::size_t>(index)] = SortChunk(static_cast<std::size_t>(index));
+  });
 }
 
 void ScreenMesh::Project(const std::stop_token& stop) {
@@ -119,9 +122,11 @@ ScreenMesh::Chunk ScreenMesh::SortChunk(std::size_t index) const {
   }
   chunk.band_begin.assign(static_cast<std::size_t>(band_count()) + 1, 0);
   for (const Span& span : spans) {
-    for (int band = span.band_from; band <= span.band_to; ++band) ++chunk.band_begin[static_cast<std::size_t>(band) + 1];
+    for (int band = span.band_from; band <= span.band_to; ++band)
+      ++chunk.band_begin[static_cast<std::size_t>(band) + 1];
   }
-  for (std::size_t band = 1; band < chunk.band_begin.size(); ++band) chunk.band_begin[band] += chunk.band_begin[band - 1];
+  for (std::size_t band = 1; band < chunk.band_begin.size(); ++band)
+    chunk.band_begin[band] += chunk.band_begin[band - 1];
   chunk.entries.resize(chunk.band_begin.back());
   std::vector<std::uint32_t> next(chunk.band_begin.begin(), chunk.band_begin.end() - 1);
   for (const Span& span : spans) {

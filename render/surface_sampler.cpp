@@ -92,9 +92,9 @@ SurfacePoint SurfaceSampler::At(int x, int y, std::uint32_t face, float depth) {
     point.shading.along = weight[0] * first;
     for (std::size_t k = 1; k < 3; ++k) {
       const Eigen::Vector3f& other = grooves[kept.vertex[k]];
-      point.shading.along += (other.dot(first) < 0.0F ? -weight[static_cast<Eigen::Index>(k)]
-                                                      : weight[static_cast<Eigen::Index>(k)]) *
-                             other;
+      point.shading.along +=
+          (other.dot(first) < 0.0F ? -weight[static_cast<Eigen::Index>(k)] : weight[static_cast<Eigen::Index>(k)]) *
+          other;
     }
   }
   return point;

@@ -12,9 +12,9 @@ namespace annulus {
 /// What a sample shows of a surface.
 struct SurfacePoint {
   ShadingPoint shading;
-  const Material* material = nullptr;               ///< Of the upper or the lower part.
-  LinearRgb colour = LinearRgb::Zero();             ///< Ground, colour of the vertices and texture.
-  Eigen::Vector3f solid = Eigen::Vector3f::Zero();  ///< mm; zero where nothing depends on it.
+  const Material* material = nullptr;                  ///< Of the upper or the lower part.
+  LinearRgb colour = LinearRgb::Zero();                ///< Ground, colour of the vertices and texture.
+  Eigen::Vector3f solid = Eigen::Vector3f::Zero();     ///< mm; zero where nothing depends on it.
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< mm, camera frame.
 };
 

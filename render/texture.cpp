@@ -137,8 +137,10 @@ LinearRgb Pearl(const Texture& texture, const LinearRgb& ground, const Eigen::Ve
   const float swirl = Noise(p / 9.0F, seed);
   const Eigen::Vector3f q(p.x() / 5.2F + 0.8F * swirl, p.y() / 7.0F, p.z() / 3.6F - 0.6F * swirl);
   const Cell cell(q - Eigen::Vector3f::Constant(0.5F));
-  float sum = 0.0F;
-  float weights = 1.0e-9F;
+  // Between the kernels a middling tone shows through.
+  constexpr float kGap = 0.02F;
+  float sum = 0.5F * kGap;
+  float weights = kGap;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner & 1;
     const int j = (corner >> 1) & 1;
@@ -152,7 +154,7 @@ LinearRgb Pearl(const Texture& texture, const LinearRgb& ground, const Eigen::Ve
     const Eigen::Vector3f from = cell.in - centre;
     const float inside = std::max(0.0F, 1.0F - from.squaredNorm() / 0.5625F);
     const float squared = inside * inside;
-    const float weight = squared * squared;
+    const float weight = squared * inside;
     const float slope_x = UnitFrom(g) - 0.5F;
     const float slope_z = UnitFrom(g >> 12) - 0.5F;
     sum += weight * (UnitFrom(g >> 6) + 1.3F * (slope_x * from.x() + slope_z * from.z()));
@@ -164,7 +166,7 @@ LinearRgb Pearl(const Texture& texture, const LinearRgb& ground, const Eigen::Ve
 
 /// Fine lines, gently waved, that run obliquely down the front and the temples and are crossed by fainter ones.
 LinearRgb Carved(const Texture& texture, const LinearRgb& ground, const Eigen::Vector3f& p) {
-  constexpr float kPeriod = 1.5F;
+  constexpr float kPeriod = 1.8F;
   const std::uint32_t seed = texture.seed * 0x9e3779b9U;
   const float wave = 0.9F * Noise(p / 11.0F, seed + 31U);
   const float along = 0.72F * (p.x() - p.y());

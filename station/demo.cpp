@@ -89,6 +89,12 @@ KnowledgeShares SharesOf(const SurfaceModel& model) {
   return {cells[2] / all, cells[1] / all, cells[0] / all};
 }
 
+/// The image alone: nothing else of a picture is told of.
+Result<RgbImage> ImageOf(Result<Picture> picture) {
+  if (!picture) return Fail(picture);
+  return std::move(picture->image);
+}
+
 /// The chain on one subject; steps in the order of Run.
 class SubjectRun {
  public:
@@ -203,19 +209,25 @@ Status SubjectRun::PutGlassesOn(const MeasuredSurface& surface) {
 }
 
 Status SubjectRun::DrawBody(const TaskContext& task) {
+  PictureStudio studio(fit_.fit.model);
   PictureOptions picture;
   picture.size = 900;
   for (const auto& [name, caption] : {std::pair{"front", "From the front"}, std::pair{"left45", "From 45° left"}}) {
     const auto view = ParseView(name);
     if (!view) return Fail(view);
     picture.view = *view;
-    RETURN_IF_ERROR(
-        AddPicture(NameOf(std::string("_") + name + ".png"), DrawModel(fit_.fit.model, picture, task), caption));
+    RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
+                               ImageOf(studio.Take(nullptr, "", picture, task)), caption));
   }
   return {};
 }
 
 Status SubjectRun::DrawGlasses(const TaskContext& task) {
+  PictureStudio studio(fit_.fit.model);
+  const WornFrame& frame = result_.glasses->fit.worn;
+  const auto built = BuildWornFrame(frame);
+  if (!built) return Fail(built);
+  const GlassesSource worn{{frame.design, {}, frame.adjustment}, WornFile{frame, {}, {}}, *built};
   PictureOptions picture;
   picture.size = 720;
   for (const auto& [name, caption] : {std::pair{"front", "Glasses worn, from the front"},
@@ -224,7 +236,7 @@ Status SubjectRun::DrawGlasses(const TaskContext& task) {
     if (!view) return Fail(view);
     picture.view = *view;
     RETURN_IF_ERROR(AddPicture(NameOf(std::string("_") + name + ".png"),
-                               DrawWorn(fit_.fit.model, result_.glasses->fit.worn, picture, task), caption));
+                               ImageOf(studio.Take(&worn, "the demo's glasses", picture, task)), caption));
   }
   return {};
 }

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "modeling/glasses/frame.h"
-#include "station/pictures.h"
+#include "station/picture_parts.h"
 
 namespace annulus {
 namespace {

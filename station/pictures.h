@@ -1,42 +1,84 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "base/progress.h"
 #include "base/result.h"
 #include "fitting/surface_model.h"
-#include "modeling/glasses/placement.h"
 #include "render/camera.h"
+#include "render/environment.h"
 #include "render/image.h"
-#include "render/material.h"
+#include "render/look.h"
 #include "render/scene.h"
+#include "render/trace.h"
+#include "station/glasses_source.h"
 
 namespace annulus {
 
-/// What a worn frame looks like.
-struct FrameLook {
-  Material frame = PlasticMaterial(LinearFromHex(0x2b1a12));
-  Material lens = LensSheetMaterial(LinearFromHex(0x6f5a48), 0.85);
+/// How a picture is made: the paper's z-buffer with pseudo ray tracing, or the path tracer.
+enum class RenderMethod { kZBuffer, kTrace };
+/// What is seen behind the body.
+enum class PictureBackground {
+  kBackdrop,     ///< A wall in a soft pool of light.
+  kNone,         ///< Black, and alpha says where the body is.
+  kEnvironment,  ///< What lights the scene; path tracer only.
 };
 
-/// The surface of a model: unknown parts left out and the inferred rims around them, closed above and below where all
-/// round is known.
-[[nodiscard]] SceneItem ModelItem(const SurfaceModel& model, const Material& material);
+/// How large the subject is in the picture.
+enum class PictureFraming {
+  kTight,    ///< As large as this view allows.
+  kTurning,  ///< As large as every view around allows: the same for all frames of a turntable.
+};
 
-/// Frame and lenses where they are worn. Fails only for a WornFrame made by hand.
-[[nodiscard]] Result<std::vector<SceneItem>> WornItems(const WornFrame& worn, const FrameLook& look);
-
-/// How a picture is taken. The longer side has `size` pixels, 16 … kMaxImageSize.
+/// How a picture is taken and what is worn looks like.
 struct PictureOptions {
   View view;
-  int size = 720;
-  FrameLook look;
+  int size = 720;  ///< Pixels of the longer side, 16 … kMaxImageSize.
+  Look look;
+  PictureFraming framing = PictureFraming::kTight;
+  RenderMethod method = RenderMethod::kZBuffer;
+  PictureBackground background = PictureBackground::kBackdrop;
+  int supersampling = 2;  ///< Z-buffer: samples per pixel along each side, 1 … 8.
+  // Path tracer only:
+  LightPreset light = LightPreset::kStudio;
+  int samples = 64;  ///< Paths per pixel.
+  std::uint64_t seed = 0;
+  Denoising denoising = Denoising::kOn;
+  Dispersion dispersion = Dispersion::kOff;
+  TracePassSink on_pass{};  ///< Told of the picture while it gets better; may be empty.
 };
 
-/// A picture of the whole model; upright for a standing body, nearly square for a head. Fails as Render.
-[[nodiscard]] Result<RgbImage> DrawModel(const SurfaceModel& model, const PictureOptions& options,
-                                         const TaskContext& task);
+/// A picture, and what is to be known of it.
+struct Picture {
+  RgbImage image;
+  Camera camera;
+  std::vector<std::string> notes{};  ///< One line each.
+};
 
-/// A square portrait of the head that wears the frame, also when the model is a whole body. Fails as Render.
-[[nodiscard]] Result<RgbImage> DrawWorn(const SurfaceModel& model, const WornFrame& worn, const PictureOptions& options,
-                                        const TaskContext& task);
+/// Takes pictures of one model. What they share is made once: meshes, the head's layer of a camera (paper 000, §5).
+/// Thread-bound.
+class PictureStudio {
+ public:
+  /// Borrows `model`.
+  explicit PictureStudio(const SurfaceModel& model);
+  ~PictureStudio();
+  PictureStudio(PictureStudio&&) noexcept;
+
+  [[nodiscard]] const SurfaceModel& model() const { return model_; }
+
+  /// Without glasses (`worn` null): the whole model, upright for a standing body, nearly square for a head. With: a
+  /// square portrait of the head that wears them, also when the model is a whole body. `worn_name` is for messages.
+  /// Fails as Render, Tracer::Trace and WornLenses, and on glasses that nobody wears.
+  [[nodiscard]] Result<Picture> Take(const GlassesSource* worn, const std::string& worn_name,
+                                     const PictureOptions& options, const TaskContext& task);
+
+ private:
+  struct Cache;
+  const SurfaceModel& model_;
+  std::unique_ptr<Cache> cache_;
+};
 
 }  // namespace annulus

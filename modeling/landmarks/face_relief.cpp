@@ -134,6 +134,11 @@ Mouth FindMouth(const FaceRelief& relief, const FacePoints& face) {
   mouth.upper_height = std::clamp(profile.z(crease->upper) - mouth.stomion + 2.2 * scale, 5.0 * scale, 8.5 * scale);
   mouth.lower_height = std::clamp(mouth.stomion - profile.z(crease->lower) + 2.8 * scale, 6.0 * scale, 10.5 * scale);
   for (std::size_t side = 0; side < 2; ++side) FindCorner(relief, mouth, side, scale);
+  // A crease may fade early on one side only: mouths are not so uneven.
+  constexpr double kEven = 0.9;
+  auto& [right, left] = mouth.half_breadth;
+  right = std::max(right, kEven * left);
+  left = std::max(left, kEven * right);
   return mouth;
 }
 
@@ -150,8 +155,8 @@ double FindBrowHeight(const FaceRelief& relief, const FacePoints& face, double e
     best = hollow;
     ridge = above;
   }
-  // The hair grows on the ridge's upper half.
-  return eye_z + std::clamp(ridge + 2.5 * scale, 14.0 * scale, 23.5 * scale);
+  // The hair grows on the ridge and a little above.
+  return eye_z + std::clamp(ridge + 1.0 * scale, 13.5 * scale, 22.0 * scale);
 }
 
 }  // namespace annulus

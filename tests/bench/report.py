@@ -45,10 +45,25 @@ def print_peers(ours, peers):
         print("\nno data: set ANNULUS_DATA for the comparison with peers")
 
 
+def print_renderers(contests):
+    """Our path tracer and povray on the same scenes. The error is against the same program's own converged picture (root mean
+    square of sRGB values); ratio: povray's processor time over ours at povray's error, above 1 we are faster."""
+    print("\n| TraceBesidePovray: scene | program | setting | error /255 | time ms | processor ms | ratio | ratio, denoised |"
+          "\n|---|---|---|---|---|---|---|---|")
+    for contest in contests:
+        for row in contest["points"]:
+            ratios = [f"{row[key]:.1f}" if key in row else "" for key in ("ratio", "ratio_denoised")]
+            print(f"| {contest['scene']}, {contest['size']} x {contest['size']} | {row['program']} | {row['setting']} | "
+                  f"{row['error_255']:.2f} | {row['time_ms']:.0f} | {row['cpu_ms']:.0f} | {ratios[0]} | {ratios[1]} |")
+
+
 def main(arguments):
     print_benchmarks(load(arguments[1]))
-    peers = [(f"{name}, cleaned scan", results) for path in arguments[3:] for name, results in load(path).items()]
-    print_peers(load(arguments[2])["annulus"], peers)
+    results = [(name, rows) for path in arguments[3:] for name, rows in load(path).items()]
+    print_peers(load(arguments[2])["annulus"], [(f"{name}, cleaned scan", rows) for name, rows in results if name == "fitpack"])
+    for name, rows in results:
+        if name == "trace_beside_povray":
+            print_renderers(rows)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -27,6 +28,59 @@ TEST(Material, ShadesAreFiniteAndBelowWhiteForEveryDirection) {
       EXPECT_LE(light.maxCoeff(), 1.0F);
     }
   }
+}
+
+TEST(Material, MatteReflectsTheLightThatFallsOnItAndNothingElse) {
+  // Lambert: albedo times ambient light and the far lights by the cosine, whatever the direction of the eye.
+  Material matte;
+  matte.finish = Finish::kMatte;
+  matte.colour = LinearRgb(0.4F, 0.3F, 0.2F);
+  for (const Eigen::Vector3f& normal :
+       {kToEye, Eigen::Vector3f(-0.6F, 0.0F, 0.8F), Eigen::Vector3f(0.6F, 0.64F, 0.48F)}) {
+    LinearRgb light = StudioAmbient(normal);
+    for (const DirectionalLight& lamp : StudioLights()) {
+      light += std::max(0.0F, normal.dot(lamp.direction)) * lamp.radiance;
+    }
+    const LinearRgb expected = light.cwiseProduct(matte.colour);
+    EXPECT_LT((Shade(matte, {normal, kToEye}) - expected).norm(), 1e-6F);
+    EXPECT_LT((Shade(matte, {normal, Eigen::Vector3f(0.6F, 0.0F, 0.8F)}) - expected).norm(), 1e-6F);
+  }
+}
+
+TEST(Material, TranslucentMixesLightFromBothSides) {
+  // Linear in the translucency: none is plastic; all of it is lit as the other side is.
+  Material material = PlasticMaterial({0.2F, 0.15F, 0.1F});
+  const Eigen::Vector3f normal = Eigen::Vector3f(0.5F, -0.5F, 0.7F).normalized();
+  const LinearRgb plastic = Shade(material, {normal, kToEye});
+  material.finish = Finish::kTranslucent;
+  EXPECT_EQ(Shade(material, {normal, kToEye}), plastic);
+  material.translucency = 1.0F;
+  const LinearRgb through = Shade(material, {normal, kToEye});
+  EXPECT_GT(through.sum(), plastic.sum());  // the key light is on the other side
+  material.translucency = 0.25F;
+  EXPECT_LT((Shade(material, {normal, kToEye}) - (0.75F * plastic + 0.25F * through)).norm(), 1e-5F);
+}
+
+TEST(Material, BrushedMetalDrawsItsHighlightOutAcrossTheGrooves) {
+  Material brushed = MetalMaterial(LinearRgb::Constant(0.6F));
+  brushed.finish = Finish::kBrushed;
+  // Normals that mirror the key lamp, then leaning away from it along or across the grooves.
+  const Eigen::Vector3f key = Eigen::Vector3f(-0.62F, 0.52F, 0.58F).normalized();
+  const Eigen::Vector3f best = (key + kToEye).normalized();
+  const Eigen::Vector3f along = best.cross(Eigen::Vector3f(0.3F, 1.0F, 0.0F)).normalized();
+  const Eigen::Vector3f across = best.cross(along);
+  float lean_along = 0.0F;
+  float lean_across = 0.0F;
+  for (const float lean : {-0.5F, -0.4F, 0.4F, 0.5F}) {
+    lean_along += Shade(brushed, {(best + lean * along).normalized(), kToEye, along}).sum();
+    lean_across += Shade(brushed, {(best + lean * across).normalized(), kToEye, along}).sum();
+    // The sign and length of the groove's direction do not matter.
+    const Eigen::Vector3f normal = (best + lean * across).normalized();
+    EXPECT_LT((Shade(brushed, {normal, kToEye, along}) - Shade(brushed, {normal, kToEye, -3.0F * along})).norm(),
+              1e-4F);
+  }
+  EXPECT_GT(lean_across, 1.1F * lean_along);
+  EXPECT_TRUE(Shade(brushed, {best, kToEye}).allFinite());
 }
 
 TEST(Material, MetalMirrorsInItsOwnColour) {

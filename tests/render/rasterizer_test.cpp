@@ -27,6 +27,11 @@ double UniformIn(std::mt19937_64& engine, double from, double to) {
   return from + (to - from) * static_cast<double>(engine() >> 11) * 0x1.0p-53;
 }
 
+/// Depth at a sample of the picture.
+float DepthAt(const VisibilityBuffer& buffer, int x, int y) {
+  return buffer.window.Contains(x, y) ? buffer.depth[buffer.window.Index(x, y)] : kNoDepth;
+}
+
 std::size_t CountCovered(const VisibilityBuffer& buffer) {
   return static_cast<std::size_t>(
       std::count_if(buffer.face.begin(), buffer.face.end(), [](std::uint32_t face) { return face != kNoFace; }));
@@ -50,7 +55,7 @@ TEST(Rasterizer, PerspectiveSphereShowsItsTangentCone) {
   const double in_samples = std::tan(std::asin(radius / distance)) / grid.Pitch();
   EXPECT_NEAR(static_cast<double>(CountCovered(seen)), kPi * in_samples * in_samples, 40.0);
   // Nearest point of the sphere in the middle.
-  EXPECT_NEAR(seen.depth[250 * 500 + 250], distance - radius, 0.02);
+  EXPECT_NEAR(DepthAt(seen, 250, 250), distance - radius, 0.02);
 }
 
 TEST(Rasterizer, DepthOfAPlaneIsExactAtSampleCentres) {
@@ -66,7 +71,7 @@ TEST(Rasterizer, DepthOfAPlaneIsExactAtSampleCentres) {
         const double up = (23.5 - y - 0.5) * grid.Pitch();
         const double expected = projection == Projection::kPerspective ? 700.0 / (1.0 - 0.8 * right + 0.5 * up)
                                                                        : 700.0 + 0.8 * right - 0.5 * up;
-        const float depth = seen.depth[static_cast<std::size_t>(y * grid.width + x)];
+        const float depth = DepthAt(seen, x, y);
         EXPECT_NEAR(depth / expected, 1.0, 1.2e-7) << x << " " << y;  // half a unit in the last place of a float
       }
     }
@@ -96,7 +101,8 @@ TEST(Rasterizer, SharedEdgesBelongToExactlyOneFace) {
   }
   const PixelSamples grid = Grid(Projection::kOrthographic, 140, 140);
   const std::vector<float> unlimited(140 * 140, kNoDepth);
-  const std::vector<Fragment> fragments = RasterizeAll(MeshOf(net), grid, unlimited, {});
+  const SampleWindow whole{0, 0, 140, 140};
+  const std::vector<Fragment> fragments = RasterizeAll(MeshOf(net), grid, {whole, unlimited}, {});
   ASSERT_EQ(fragments.size(), unlimited.size());
   for (std::uint32_t k = 0; k < fragments.size(); ++k) EXPECT_EQ(fragments[k].sample, k);
 }
@@ -104,7 +110,7 @@ TEST(Rasterizer, SharedEdgesBelongToExactlyOneFace) {
 TEST(Rasterizer, ClippingLeavesNoGapsInsideAClosedSurface) {
   const PixelSamples grid = Grid(Projection::kPerspective, 120, 90);
   const auto seen = RasterizeNearest(MeshOf(SphereMesh({0.1, 0.2, -0.3}, 50.0, 24)), grid, {});
-  EXPECT_EQ(CountCovered(seen), seen.face.size());
+  EXPECT_EQ(CountCovered(seen), 120U * 90U);
   for (const float depth : seen.depth) {
     EXPECT_GE(depth, 1.0F);
     EXPECT_LE(depth, 51.0F);
@@ -116,6 +122,19 @@ TEST(Rasterizer, NothingNearerThanTheNearPlaneIsDrawn) {
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, 0.5}, {18, 0, 0}, {0, 18, 0})), grid, {})), 0U);
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, -50}, {18, 0, 0}, {0, 18, 0})), grid, {})), 0U);
   EXPECT_EQ(CountCovered(RasterizeNearest(MeshOf(QuadMesh({-9, -9, 2}, {18, 0, 0}, {0, 18, 0})), grid, {})), 400U);
+}
+
+TEST(Rasterizer, TheWindowHoldsWhatIsSeenInWholePixels) {
+  PixelSamples grid = Grid(Projection::kOrthographic, 60, 40);
+  grid.supersampling = 4;
+  // Samples are 1 mm; the picture's middle is the origin. Columns 35 … 44, rows 13 … 16.
+  const auto seen = RasterizeNearest(MeshOf(QuadMesh({5, 3, 50}, {10, 0, 0}, {0, 4, 0})), grid, {});
+  EXPECT_EQ(seen.window, (SampleWindow{32, 12, 16, 8}));
+  EXPECT_EQ(CountCovered(seen), 40U);
+  EXPECT_EQ(DepthAt(seen, 35, 13), 50.0F);
+  EXPECT_EQ(DepthAt(seen, 34, 13), kNoDepth);
+  // Beside the picture nothing is kept.
+  EXPECT_TRUE(RasterizeNearest(MeshOf(QuadMesh({40, 3, 50}, {10, 0, 0}, {0, 4, 0})), grid, {}).window.IsEmpty());
 }
 
 TEST(Rasterizer, FacesWithoutAreaAreSkipped) {
@@ -131,7 +150,8 @@ TEST(Rasterizer, FragmentsComeFarToNearUpToTheLimit) {
   Append(mesh, QuadMesh({-50, -50, 10}, {100, 0, 0}, {0, 100, 0}));
   Append(mesh, QuadMesh({-50, -50, 20}, {100, 0, 0}, {0, 100, 0}));
   const PixelSamples grid = Grid(Projection::kOrthographic, 8, 8);
-  const auto fragments = RasterizeAll(MeshOf(mesh), grid, std::vector<float>(64, 25.0F), {});
+  const SampleWindow whole{0, 0, 8, 8};
+  const auto fragments = RasterizeAll(MeshOf(mesh), grid, {whole, std::vector<float>(64, 25.0F)}, {});
   ASSERT_EQ(fragments.size(), 128U);
   for (std::size_t k = 0; k < fragments.size(); k += 2) {
     EXPECT_EQ(fragments[k].depth, 20.0F);

@@ -19,6 +19,7 @@ Scene HeadAndFrame() {
   scene.items.push_back(Item(SphereMesh({15, 33, 5}, 14.0, 32), PlasticMaterial(LinearFromHex(0x202020))));
   scene.items.push_back(
       Item(QuadMesh({-30, 55, -10}, {60, 3, 0}, {0, 2, 20}), LensSheetMaterial(LinearFromHex(0x88aaff), 0.6)));
+  scene.items.back().material.lens_power = -4.0F;
   return scene;
 }
 

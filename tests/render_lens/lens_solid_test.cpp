@@ -162,7 +162,7 @@ TEST(LensSolid, LightWithinTheGlassIsReflectedForeverWithoutSlippingOut) {
       LensRay ray{{0.0, 0.0, middle}, test::Direction(dice)};
       for (int bounce = 0; bounce < 100; ++bounce) {
         const auto crossing = solid.Next(ray);
-        ASSERT_TRUE(crossing.has_value()) << "bounce " << bounce;
+        ASSERT_TRUE(crossing.has_value()) << "bounce " << bounce << " from " << ray.origin.transpose();
         ASSERT_FALSE(crossing->entering);
         ray.origin = crossing->point;
         ray.direction = (ray.direction - 2.0 * ray.direction.dot(crossing->normal) * crossing->normal).normalized();

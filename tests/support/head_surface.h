@@ -9,6 +9,7 @@
 #include "fitting/surface_model.h"
 #include "sim/parametric_body.h"
 #include "tests/modeling_measure/interpolated_body.h"
+#include "tests/support/radius_about_axis.h"
 
 namespace annulus::test {
 
@@ -19,27 +20,6 @@ struct HeadSurfaceOptions {
   double face_step_mm = 1.0;  ///< Between rows from 45 mm below to 30 mm above the eyes.
   double elsewhere_step_mm = 3.0;
 };
-
-/// Distance from the ring's axis to the skin of a subject of one tube, mm. The ray from the axis meets the tube at the
-/// angle phi about the tube's own centre that the ray's place there has: a fixed point, as the axis is near the centre.
-inline double RadiusAboutAxis(const sim::ParametricBody& head, double theta, double z) {
-  const sim::Placement& placement = head.placement();
-  const Eigen::Vector2d own = head.torso().Centre(z);
-  const Eigen::Vector2d centre = head.StationFromBody({own.x(), own.y(), z}).head<2>();
-  const Eigen::Vector2d along(std::cos(theta), std::sin(theta));
-  const double nearest = along.dot(centre);
-  const double beside = along.x() * centre.y() - along.y() * centre.x();
-  double reach = head.torso().Radius(theta - placement.yaw_rad, z);
-  double t = 0.0;
-  for (int k = 0; k < 40; ++k) {
-    const double next = nearest + std::sqrt(std::max(reach * reach - beside * beside, 0.0));
-    if (std::abs(next - t) < 1e-4) return next;
-    t = next;
-    const Eigen::Vector2d from_centre = t * along - centre;
-    reach = head.torso().Radius(std::atan2(from_centre.y(), from_centre.x()) - placement.yaw_rad, z);
-  }
-  return t;
-}
 
 /// The surface of a head that is known exactly, without a scan: a spline through it at every column and row. Within
 /// 0.05 mm (rms) of the face; all measured, no covariance. About 0.1 s.
