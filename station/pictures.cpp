@@ -94,6 +94,7 @@ RenderOptions RasterOptions(const Shot& shot, const PictureOptions& options) {
   render.width = shot.width;
   render.height = shot.height;
   render.supersampling = options.supersampling;
+  render.lens_medium = options.lens_medium;
   if (options.background == PictureBackground::kNone) render.backdrop = {LinearRgb::Zero(), LinearRgb::Zero()};
   return render;
 }

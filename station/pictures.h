@@ -41,7 +41,8 @@ struct PictureOptions {
   PictureFraming framing = PictureFraming::kTight;
   RenderMethod method = RenderMethod::kZBuffer;
   PictureBackground background = PictureBackground::kBackdrop;
-  int supersampling = 2;  ///< Z-buffer: samples per pixel along each side, 1 … 8.
+  int supersampling = 2;                       ///< Z-buffer: samples per pixel along each side, 1 … 8.
+  LensMedium lens_medium = LensMedium::kThin;  ///< Z-buffer.
   // Path tracer only:
   LightPreset light = LightPreset::kStudio;
   int samples = 64;  ///< Paths per pixel.

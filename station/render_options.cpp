@@ -80,6 +80,10 @@ void AddPictureOptions(CLI::App& command, RenderRequest& request) {
       ->check(CLI::Range(1, 8))
       ->capture_default_str()
       ->group(group);
+  static const std::map<std::string, LensMedium> kMedia{{"thin", LensMedium::kThin}, {"filled", LensMedium::kFilled}};
+  AddChoice(command, "--lens-medium", request.lens_medium, kMedia,
+            "zbuffer: what lies behind a lens sheet: thin (default), or filled, as the paper says")
+      ->group(group);
   command.add_option("--caption", request.caption, "text under the picture on the sheet of a batch")->group(group);
 }
 
@@ -363,6 +367,7 @@ Result<PictureOptions> PictureOptionsOf(const RenderRequest& request, Storage& s
   options.method = request.method;
   options.background = request.background;
   options.supersampling = request.supersampling;
+  options.lens_medium = request.lens_medium;
   options.light = request.light;
   options.samples = request.samples;
   options.seed = request.seed;

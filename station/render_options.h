@@ -26,6 +26,7 @@ struct RenderRequest {
   RenderMethod method = RenderMethod::kZBuffer;
   PictureBackground background = PictureBackground::kBackdrop;
   int supersampling = 2;
+  LensMedium lens_medium = LensMedium::kThin;
   LightPreset light = LightPreset::kStudio;
   int samples = 64;
   std::uint64_t seed = 0;
