@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "render/colour_choice.h"
 #include "render/image_file.h"
 #include "station/commands.h"
 #include "station/contact_sheet.h"
@@ -24,6 +25,7 @@ struct RenderCommandOptions {
   std::string batch;
   std::string json;
   std::string key_file;
+  std::string colour_chooser;
 };
 
 Status WriteImage(Storage& storage, const std::string& path, const RgbImage& image, ImagePlane plane) {
@@ -118,7 +120,20 @@ Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo&
   return json.empty() ? Status{} : io.WriteJson(json, {{"pictures", reports}});
 }
 
+/// The page that colours are chosen from (paper 000, fig. 23), with a mark at one.
+Status DrawColourChooser(const std::string& text, const std::string& out, CommandIo& io) {
+  const auto colour = ParseColourChoice(text);
+  const Status path =
+      out.empty() ? Fail("draw the colour chooser", "--out is missing", "say where it is to go") : CheckImagePath(out);
+  if (!colour || !path) {
+    io.set_failure_code(2);
+    return colour ? path : Status(Fail(colour));
+  }
+  return WriteImage(io.storage(), out, ColourChooser(*colour), ImagePlane::kColour);
+}
+
 Status RunRender(const RenderCommandOptions& options, CommandIo& io) {
+  if (!options.colour_chooser.empty()) return DrawColourChooser(options.colour_chooser, options.picture.out, io);
   RenderBatch batch;
   if (!options.batch.empty()) {
     const auto text = ReadTextFile(io.storage(), options.batch);
@@ -148,6 +163,8 @@ void AddRenderCommand(CLI::App& app, CommandWork& chosen) {
   AddRenderOptions(*command, options->picture);
   command->add_option("--batch", options->batch, "many pictures in one process (docs/formats.md)")
       ->type_name("FILE.json");
+  command->add_option("--colour-chooser", options->colour_chooser, "draw the page that colours are chosen from instead")
+      ->type_name("COLOUR");
   AddJsonOption(*command, options->json);
   AddKeyFileOption(*command, options->key_file);
   command->footer(
