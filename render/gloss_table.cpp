@@ -175,15 +175,15 @@ Eigen::Vector3f Facets::SampleVisible(const Eigen::Vector3f& out, float u, float
 
 float Facets::MirrorDensity(const Eigen::Vector3f& out, float stretch_out, const Eigen::Vector3f& sum) const {
   if (!(sum.z() > 0.0F)) return 0.0F;
-  // With h = sum / |sum|, D = (x y)^3 |sum|^4 / (pi q^2), q as below, and G1 / out.z = 2 / (out.z + stretch): one
-  // division for all.
+  // With h = sum / |sum|, D = (x y)^3 |sum|^4 / (pi q^2), q as below, and G1 / out.z = 2 / (out.z + stretch).
   const float xy = x * y;
-  const float length = sum.squaredNorm();
   const float sx = y * sum.x();
   const float sy = x * sum.y();
   const float sz = xy * sum.z();
   const float q = sx * sx + sy * sy + sz * sz;
-  return 0.5F / static_cast<float>(kPi) * xy * xy * xy * length * length / (q * q * (out.z() + stretch_out));
+  if (!(q > 1e-36F)) return 0.0F;  // out + in is nothing but rounding
+  const float ratio = xy * sum.squaredNorm() / q;
+  return 0.5F / static_cast<float>(kPi) * xy * ratio * ratio / (out.z() + stretch_out);
 }
 
 float DielectricReflectance(float cosine, float index) {

@@ -242,7 +242,14 @@ bool MapPass::IsOutline(int x, int y) const {
 
 bool MapPass::IsIsoline(int x, int y) const {
   const Sample& here = samples_[At(x, y)];
+  const ValueScale& scale = colours_.scale;
   const auto band = [&](float value) { return std::floor(static_cast<double>(value) / *colours_.isolines); };
+  // What means something else than a value has no lines.
+  const auto is_beyond = [&](float value) {
+    return (scale.under && static_cast<double>(value) < scale.minimum) ||
+           (scale.over && static_cast<double>(value) > scale.maximum);
+  };
+  if (is_beyond(here.value)) return false;
   for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
     if (x + dx >= grid_.width || y + dy >= grid_.height) continue;
     const Sample& beside = samples_[At(x + dx, y + dy)];

@@ -212,18 +212,16 @@ void FigureMaker::DrawAxes(Figure& figure, const PlacedPanel& placed) const {
 
 void FigureMaker::DrawOverlay(Figure& figure, const PlacedPanel& placed) const {
   const auto place = [&](const Vector2d& pixels) -> Vector2d { return placed.corner + pixels / scale_; };
-  // Hidden parts first: what is seen lies over them.
-  for (const bool visible : {false, true}) {
+  // What is hidden first, then the white edges of what is seen, then its lines: no edge covers a line.
+  enum class Coat { kHidden, kEdge, kInside };
+  for (const Coat coat : {Coat::kHidden, Coat::kEdge, Coat::kInside}) {
     for (const PanelLine& line : placed.panel->lines) {
-      if (line.run.visible != visible) continue;
+      if (line.run.visible == (coat == Coat::kHidden)) continue;
       std::vector<Vector2d> points;
       for (const Vector2d& p : line.run.points) points.push_back(place(p));
-      if (visible) {
-        figure.Stroke(points, {0.85, {1.0, 1.0, 1.0}});
-        figure.Stroke(points, {0.45, line.colour});
-      } else {
-        figure.Stroke(points, {0.22, Faint(line.colour), SheetStroke::Dash::kDashed});
-      }
+      if (coat == Coat::kHidden) figure.Stroke(points, {0.22, Faint(line.colour), SheetStroke::Dash::kDashed});
+      if (coat == Coat::kEdge) figure.Stroke(points, {0.85, {1.0, 1.0, 1.0}});
+      if (coat == Coat::kInside) figure.Stroke(points, {0.45, line.colour});
     }
   }
   for (const PanelPoint& point : placed.panel->points) {

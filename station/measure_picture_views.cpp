@@ -43,7 +43,7 @@ std::string ViewText(const View& view) {
   if (std::abs(azimuth - 270.0) < kClose) return "from behind" + from;
   if (std::abs(azimuth - 180.0) < kClose) return "from the left" + from;
   if (azimuth < kClose || azimuth > 360.0 - kClose) return "from the right" + from;
-  return fmt::format("from θ = {:.0f}°", azimuth) + from;
+  return fmt::format("from θ\u00a0=\u00a0{:.0f}°", azimuth) + from;  // not to be parted
 }
 
 /// Where a point stands on an unrolled map, pixels.
@@ -264,8 +264,8 @@ Result<std::vector<RgbImage>> MeasurePicture::DrawAround(const View& start, int 
     view.azimuth = WrapAngle(start.azimuth + kTwoPi * k / count);
     const auto framed = FrameTurning(view);
     if (!framed) return Fail(framed);
-    auto frame =
-        same_size.DrawFramed(*framed, fmt::format("from θ = {:.0f}°", DegreesFromRadians(view.azimuth)), quiet);
+    auto frame = same_size.DrawFramed(
+        *framed, fmt::format("from θ\u00a0=\u00a0{:.0f}°", DegreesFromRadians(view.azimuth)), quiet);
     if (!frame) return Fail(frame);
     frames.push_back(std::move(*frame));
   }

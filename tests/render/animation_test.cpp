@@ -28,7 +28,7 @@ RgbImage Frame(int k, int width = 64, int height = 40) {
   return image;
 }
 
-std::string Run(const std::string& command) {
+std::string OutputOf(const std::string& command) {
   std::string text;
   FILE* pipe = popen((command + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return text;
@@ -83,9 +83,9 @@ TEST(AnimatedWebp, OtherProgramsFindTheFramesTheirSizeTimesAndLoops) {
   const auto bytes = EncodeAnimatedWebp(Frames(7), {120, 3});
   ASSERT_TRUE(bytes.has_value()) << bytes.error().Text();
   Write(folder.File("film.webp"), *bytes);
-  const std::string info = Run("webpinfo '" + folder.File("film.webp") + "'");
+  const std::string info = OutputOf("webpinfo '" + folder.File("film.webp") + "'");
   EXPECT_NE(info.find("Canvas size 64 x 40"), std::string::npos) << info;
-  EXPECT_NE(info.find("Loop count       : 3"), std::string::npos) << info;
+  EXPECT_NE(info.find("Loop count      : 3"), std::string::npos) << info;
   EXPECT_EQ(Count(info, "Chunk ANMF"), 7U) << info;
   EXPECT_EQ(Count(info, "Duration: 120"), 7U) << info;
   EXPECT_EQ(Count(info, "VP8L"), 7U) << info;  // lossless
@@ -101,8 +101,8 @@ TEST(AnimatedWebp, FramesDecodeToTheBytesOfTheirPng) {
   for (int k = 0; k < 5; ++k) {
     const std::string webp = folder.File("frame.webp");
     const std::string png = folder.File("frame.png");
-    Run("webpmux -get frame " + std::to_string(k + 1) + " '" + folder.File("film.webp") + "' -o '" + webp + "'");
-    Run("dwebp '" + webp + "' -o '" + png + "'");
+    OutputOf("webpmux -get frame " + std::to_string(k + 1) + " '" + folder.File("film.webp") + "' -o '" + webp + "'");
+    OutputOf("dwebp '" + webp + "' -o '" + png + "'");
     const auto decoded = DecodePng(ReadBytes(png));
     const auto wanted = DecodePng(EncodePng(frames[static_cast<std::size_t>(k)]).value());
     ASSERT_TRUE(decoded && wanted);

@@ -68,7 +68,7 @@ TEST(Bsdf, WhiteFurnaceReturnsOneForEveryFinishRoughnessAndAngle) {
       const Bsdf bsdf(test.material, LinearRgb::Ones());
       for (const double cosine : {1.0, 0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.005}) {
         for (const double azimuth : {0.3, 1.2}) {
-          const Eigen::Array3d albedo = Albedo(bsdf, Direction(cosine, azimuth), 8192);
+          const Eigen::Array3d albedo = Albedo(bsdf, Direction(cosine, azimuth), 16384);
           EXPECT_NEAR(albedo.minCoeff(), 1.0, 0.002) << test.name << " roughness " << roughness << " cos " << cosine;
           EXPECT_NEAR(albedo.maxCoeff(), 1.0, 0.002) << test.name << " roughness " << roughness << " cos " << cosine;
         }

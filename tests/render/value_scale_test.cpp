@@ -85,7 +85,9 @@ TEST(ValueRange, IsAProperScaleForValuesThatAreAllAlikeAndForNone) {
     for (const double value : {0.0, 7.0, -0.001}) {
       const ValueRange range = RangeByRule(Of({value, value, value}), rule);
       EXPECT_LT(range.minimum, range.maximum);
-      if (rule != ScaleRule::kFromZero) EXPECT_LE(range.minimum, value);
+      if (rule != ScaleRule::kFromZero) {
+        EXPECT_LE(range.minimum, value);
+      }
       EXPECT_GE(range.maximum, value);
     }
     const ValueRange none = RangeByRule(Of({std::numeric_limits<double>::quiet_NaN()}), rule);

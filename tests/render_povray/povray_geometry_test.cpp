@@ -132,7 +132,7 @@ TEST(PovrayScene, LensesRefractBySnellsLawAtBothSurfaces) {
       }
     }
     EXPECT_GT(compared, 1200);
-    // povray finds the roots of a torus' quartic with errors here and there; a sphere's never.
+    // povray misses a root of a torus' quartic here and there; a sphere's never.
     EXPECT_LE(apart, order.cylinder == 0.0 ? 0 : compared / 200) << order.sphere << " " << order.cylinder;
   }
 }
@@ -183,21 +183,17 @@ TEST(ZBuffer, CoversWhatPovrayCoversAtPovraysDepth) {
     int either = 0;
     int both = 0;
     double sum = 0.0;
-    double worst = 0.0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
       const bool ours = seen.depth[i] < kNoDepth;
       const bool theirs = depth[i] < middle + 199.9;
       either += ours || theirs ? 1 : 0;
       if (!ours || !theirs) continue;
       ++both;
-      const double difference = std::abs(static_cast<double>(seen.depth[i]) - depth[i]);
-      sum += difference;
-      worst = std::max(worst, difference);
+      sum += std::abs(static_cast<double>(seen.depth[i]) - depth[i]);
     }
     EXPECT_GT(both, 10000);
     EXPECT_GE(both, 0.999 * either) << view;
     EXPECT_LT(sum / both, 0.01) << view;
-    std::printf("%s: IoU %.5f, mean %.4f mm, worst %.3f mm\n", view, double(both) / either, sum / both, worst);
   }
 }
 
@@ -224,8 +220,7 @@ TEST(ZBuffer, NormalsAreThoseThatPovrayShades) {
     }
   }
   EXPECT_GT(compared, 10000);
-  std::printf("mean %.6f over %d\n", sum / compared, compared);
-  EXPECT_LT(sum / compared, 1e-3);
+  EXPECT_LT(sum / compared, 3e-4);
 }
 
 }  // namespace

@@ -38,15 +38,14 @@ RgbImage Trace(const Shot& shot, int width, int height) {
 }
 
 /// Both programs draw the shot; the mean difference is within what is allowed.
-void ExpectTheSamePicture(const Shot& shot, const std::string& name) {
-  constexpr int kSize = 128;
+void ExpectTheSamePicture(const Shot& shot, const std::string& name, int size = 144) {
   test::PovraySampling sampling;
-  sampling.width = kSize;
-  sampling.height = kSize;
+  sampling.width = size;
+  sampling.height = size;
   sampling.threshold = 0.03;
   sampling.depth = 2;
   const RgbImage theirs = test::Povray(shot, {}, sampling, name);
-  const RgbImage ours = Trace(shot, kSize, kSize);
+  const RgbImage ours = Trace(shot, size, size);
   const Difference difference = test::Compare(shot, ours, theirs);
   std::printf("%s: mean %.3f/255, 99%% below %.2f/255, edges %.1f %%, %d pixels\n", name.c_str(), difference.mean_255,
               difference.p99_255, 100.0 * difference.edge_share, difference.compared);
@@ -107,7 +106,7 @@ TEST(TracerBesidePovray, ShadowsBetweenSimpleThingsAreTheSame) {
     Framing framing;
     framing.projection = projection;
     shot.camera = *FrameCamera(BoundsOf(shot.scene), *ParseView("75,35"), framing);
-    ExpectTheSamePicture(shot, projection == Projection::kPerspective ? "perspective" : "orthographic");
+    ExpectTheSamePicture(shot, projection == Projection::kPerspective ? "perspective" : "orthographic", 220);
   }
 }
 

@@ -24,13 +24,13 @@ namespace {
 using test::InterpolatedBody;
 using test::RadiusFunction;
 
-/// A model with 1-degree and 2-mm knots over z = -100 … 100 mm and its measured surface.
+/// A model with knots every 2 mm over z = -100 … 100 mm and its measured surface.
 struct Body {
   SurfaceModel model;
   MeasuredSurface measured;
 
   explicit Body(const RadiusFunction& radius, std::size_t columns = 90)
-      : Body(InterpolatedBody(radius, columns, UniformBreakpoints(-100.0, 100.0, 50))) {}
+      : Body(InterpolatedBody(radius, columns, UniformBreakpoints(-100.0, 100.0, 100))) {}
   explicit Body(SurfaceModel made) : model(std::move(made)), measured(MeasuredSurface::FromModel(model).value()) {}
   Body(const Body&) = delete;
   Body& operator=(const Body&) = delete;
@@ -288,6 +288,7 @@ TEST(ClearanceMap, SaysOfAFrameWhatItsFitterSays) {
   for (const Clearance& place : fit->clearance) {
     // The fitter measures from a lens' back; behind an ear the head changes to that without ears, which is no way.
     if (place.part.starts_with("lens") || place.part.starts_with("temple")) continue;
+    if (place.distance > 30.0) continue;  // only to first order there
     double nearest = 3.0;
     double distance = 0.0;
     for (const MapMesh& part : maps->frame) {

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "render/png.h"
-#include "station/shared_camera.h"
 #include "tests/modeling_measure/interpolated_body.h"
 
 namespace annulus {
@@ -191,24 +190,6 @@ TEST(MapFigure, KeepsThePixelsOfItsPanels) {
     for (int x = 0; x + 90 <= figure->width; ++x) found += same(x, y) ? 1 : 0;
   }
   EXPECT_EQ(found, 1);
-}
-
-TEST(SharedCamera, SeesAllPointsAllTheWayRound) {
-  const std::vector<Eigen::Vector3d> points{{80, 10, 0}, {-60, 40, 150}, {5, -90, 300}, {0, 100, 20}};
-  const auto cameras = CamerasAround(points, {0.4, 0.3}, 9, {});
-  ASSERT_TRUE(cameras.has_value());
-  double most = 0.0;
-  for (const Camera& camera : *cameras) {
-    EXPECT_DOUBLE_EQ(camera.half_height, cameras->front().half_height);
-    for (const Eigen::Vector3d& point : points) {
-      const Eigen::Vector3d p = camera.ToCamera(point);
-      ASSERT_GT(p.z(), camera.near_mm);
-      most = std::max({most, std::abs(p.x() / p.z()), std::abs(p.y() / p.z())});
-    }
-  }
-  EXPECT_NEAR(most, 0.94 * cameras->front().half_height, 1e-9);  // the margin is 6 %
-  EXPECT_FALSE(CamerasAround(points, {}, 0, {}).has_value());
-  EXPECT_FALSE(CamerasAround({}, {}, 5, {}).has_value());
 }
 
 }  // namespace

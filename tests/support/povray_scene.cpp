@@ -20,7 +20,9 @@ tl::unexpected<Error> Refuse(const std::string& seen) {
   return Fail(kAttempted, seen, "use only what both programs define alike");
 }
 
-std::string VectorText(const Eigen::Vector3d& v) { return fmt::format("<{:.9g},{:.9g},{:.9g}>", v.x(), v.y(), v.z()); }
+std::string VectorText(const Eigen::Vector3d& v) {
+  return fmt::format("<{:.15g},{:.15g},{:.15g}>", v.x(), v.y(), v.z());
+}
 std::string ColourText(const LinearRgb& c) { return VectorText(c.cast<double>()); }
 
 /// povray's matrix takes rows: the images of the axes, then the shift.
@@ -135,11 +137,18 @@ Result<std::string> SideOf(const LensSurface& surface, bool behind) {
                      MatrixText(surface.lens_from_surface * shift * turn));
 }
 
-/// The cylinder over the outline, in the lens frame, long enough for any lens.
-std::string PrismText(const LensOutline& outline) {
-  constexpr double kReach = 60.0;  // mm
-  std::string text =
-      fmt::format("prism {{ linear_sweep linear_spline {}, {}, {}", -kReach, kReach, outline.points.size() + 1);
+/// The cylinder over the outline, in the lens frame, hardly longer than the lens: povray's torus shows its inner leaf
+/// too, some 30 mm behind the vertex.
+std::string PrismText(const SolidLens& lens) {
+  const LensOutline& outline = lens.outline;
+  Eigen::AlignedBox1d reach(lens.form.back.Sag(0.0, 0.0), lens.form.front.Sag(0.0, 0.0));
+  for (const Eigen::Vector2d& point : outline.points) {
+    for (const LensSurface* surface : {&lens.form.front, &lens.form.back}) {
+      reach.extend(Eigen::Vector<double, 1>(surface->Sag(point.x(), point.y())));
+    }
+  }
+  std::string text = fmt::format("prism {{ linear_sweep linear_spline {:.9g}, {:.9g}, {}", reach.min()[0] - 1.0,
+                                 reach.max()[0] + 1.0, outline.points.size() + 1);
   for (std::size_t i = 0; i <= outline.points.size(); ++i) {
     const Eigen::Vector2d& point = outline.points[i % outline.points.size()];
     text += fmt::format("{}<{:.9g},{:.9g}>", i % 8 == 0 ? ",\n" : ", ", point.x(), point.y());
@@ -181,7 +190,7 @@ Result<std::string> LensText(const SolidLens& lens, const Lighting& lighting, co
   if (!front) return front;
   const Result<std::string> back = SideOf(lens.form.back, false);
   if (!back) return back;
-  const std::string solid = fmt::format("intersection {{\n{}\n{}\n{}\n{}\n", *front, *back, PrismText(lens.outline),
+  const std::string solid = fmt::format("intersection {{\n{}\n{}\n{}\n{}\n", *front, *back, PrismText(lens),
                                         MatrixText(lens.station_from_lens));
   if (options.view == PovrayView::kParts) {
     return solid + fmt::format("pigment {{ rgb {:.9g} }} finish {{ emission 1 diffuse 0 }} }}\n", grey);
