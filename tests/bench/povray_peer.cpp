@@ -226,7 +226,7 @@ Contest Studio() {
   contest.lighting.environment = Environment::Preset(LightPreset::kStudio);
   contest.samples = {1, 2, 4, 8, 16, 32, 64, 128};
   contest.povray = {Dome(16, 0.1, 2), Dome(64, 0.1, 2), Dome(256, 0.1, 2)};
-  contest.povray_reference = Dome(2048, 0.02, 2);
+  contest.povray_reference = Dome(1024, 0.02, 2);
   return contest;
 }
 
@@ -234,8 +234,8 @@ PovraySetting Radiosity(int count, double error_bound) {
   PovraySetting setting{"radiosity, count " + std::to_string(count), {}, 0.1, 2};
   char text[200];
   std::snprintf(text, sizeof text,
-                "radiosity {{ pretrace_start 0.08 pretrace_end %.4f count %d error_bound %g nearest_count 10 "
-                "recursion_limit 2 low_error_factor 0.5 gray_threshold 0 brightness 1 }}",
+                "radiosity { pretrace_start 0.08 pretrace_end %.4f count %d error_bound %g nearest_count 10 "
+                "recursion_limit 2 low_error_factor 0.5 gray_threshold 0 brightness 1 }",
                 count >= 200 ? 0.005 : 0.01, count, error_bound);
   setting.scene.settings = text;
   return setting;
@@ -251,7 +251,7 @@ Contest SkyAndSun() {
   contest.max_bounces = 1;
   contest.samples = {1, 2, 4, 8, 16, 32, 64, 128};
   contest.povray = {Radiosity(35, 0.8), Radiosity(150, 0.4), Radiosity(400, 0.2)};
-  contest.povray_reference = Radiosity(1500, 0.1);
+  contest.povray_reference = Radiosity(1000, 0.15);
   contest.povray_reference.threshold = 0.02;
   return contest;
 }
