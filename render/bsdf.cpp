@@ -100,10 +100,9 @@ void Bsdf::SetBody(const LinearRgb& colour, float translucency) {
   // Part of what the body sends up is sent down again by the coat, and coloured once more: colours deepen, white stays.
   const float kept = mean_left_over_;
   const LinearRgb deepened = (kept * colour.array() / (1.0F - (1.0F - kept) * colour.array())).matrix();
-  // What comes through has a longer way in the body.
-  const LinearRgb deeper = deepened.cwiseProduct(deepened.cwiseSqrt());
   body_ = (1.0F - translucency) * deepened;
-  through_ = translucency * deeper;
+  // What comes through has a longer way in the body.
+  if (translucency > 0.0F) through_ = translucency * deepened.cwiseProduct(deepened.cwiseSqrt());
   const float through = LuminanceOf(through_);
   body_luminance_ = LuminanceOf(body_) + through;
   through_share_ = body_luminance_ > 0.0F ? through / body_luminance_ : 0.0F;

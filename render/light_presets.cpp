@@ -58,7 +58,7 @@ LinearRgb StudioRadiance(const Eigen::Vector3f& d) {
       MakeSoftbox({0.05F, 0.97F, 0.25F}, {0.70F, 0.28F}, {0.8F, 0.8F, 0.8F}),
       MakeSoftbox({0.62F, 0.42F, -0.66F}, {0.35F, 0.60F}, {2.2F, 2.3F, 2.5F}),
   };
-  LinearRgb sum = 0.34F * StudioWalls(d, 0.0F);
+  LinearRgb sum = 0.28F * StudioWalls(d, 0.0F);
   for (const Softbox& lamp : kLamps) sum += SoftboxRadiance(lamp, d);
   return sum;
 }
@@ -70,7 +70,7 @@ LinearRgb ShopCeiling(const Eigen::Vector3f& p) {
   const float along = p.z() - 0.4F - 2.0F * std::round((p.z() - 0.4F) / 2.0F);
   const float far = std::exp(-0.03F * (p.x() * p.x() + p.z() * p.z()));
   const float panel = SoftSlab(across, 0.60F, 0.03F) * SoftSlab(along, 0.15F, 0.03F);
-  return Mixed({0.50F, 0.48F, 0.45F}, {6.6F, 6.3F, 5.9F}, panel * far);
+  return Mixed({0.42F, 0.41F, 0.39F}, {6.6F, 6.3F, 5.9F}, panel * far);
 }
 
 LinearRgb ShopWall(float across, float up) {
@@ -80,8 +80,8 @@ LinearRgb ShopWall(float across, float up) {
   const float things =
       0.35F + 0.65F * SmoothStep(-0.3F, 0.5F, std::cos(19.0F * across) * std::cos(5.3F * across + 0.7F));
   const float within = SoftSlab(up - 0.1F, 0.95F, 0.05F);
-  const LinearRgb board = things * LinearRgb(0.55F, 0.50F, 0.44F);
-  return Mixed({0.48F, 0.46F, 0.43F}, Mixed(board, {2.0F, 1.8F, 1.5F}, strip), within);
+  const LinearRgb board = things * LinearRgb(0.44F, 0.40F, 0.35F);
+  return Mixed({0.38F, 0.36F, 0.34F}, Mixed(board, {2.0F, 1.8F, 1.5F}, strip), within);
 }
 
 LinearRgb ShopWindow(const Eigen::Vector3f& p) {
@@ -114,14 +114,15 @@ LinearRgb DaylightRadiance(const Eigen::Vector3f& d) {
   constexpr auto kDegree = static_cast<float>(kPi / 180.0);
   // Angle to the sun's middle; the chord keeps its precision near 0.
   const float from_sun = 2.0F * std::asin(std::min(1.0F, 0.5F * (d - SunDirection()).norm()));
-  const float disc = 1.0F - SmoothStep(1.2F * kDegree, 3.0F * kDegree, from_sun);
+  // Larger than the real one (0.27 degrees): behind thin cloud, and found by paths that leave a metal by chance.
+  const float disc = 1.0F - SmoothStep(2.0F * kDegree, 5.0F * kDegree, from_sun);
   const float glow = std::exp(-from_sun / 0.22F);
   const float height = std::max(0.0F, d.y());
   const LinearRgb zenith(0.16F, 0.28F, 0.56F);
   const LinearRgb horizon(0.62F, 0.70F, 0.80F);
   const LinearRgb sky = Mixed(horizon, zenith, 1.0F - std::exp(-3.2F * height)) + glow * LinearRgb(1.3F, 1.2F, 1.0F);
   const LinearRgb ground = Mixed({0.40F, 0.39F, 0.36F}, {0.26F, 0.25F, 0.22F}, SmoothStep(0.0F, 0.8F, -d.y()));
-  return Mixed(ground, sky, SmoothStep(-0.03F, 0.03F, d.y())) + disc * LinearRgb(790.0F, 735.0F, 655.0F);
+  return Mixed(ground, sky, SmoothStep(-0.03F, 0.03F, d.y())) + disc * LinearRgb(270.0F, 251.0F, 224.0F);
 }
 
 }  // namespace
