@@ -329,7 +329,7 @@ GazeScene GazeScene::Make(GazeSceneKind kind) {
   const Vector3d forward = Vector3d::UnitZ();
   scene.walls_.emplace_back(BoardCorner(), kBoardWidth * right, kBoardHeight * down, TestChart());
   if (kind == GazeSceneKind::kGrid) {
-    scene.beyond_ = LinearFromHex(0xb9bcbf);
+    scene.beyond_ = LinearFromHex(0xf6f6f2);  // as the wall: only its lines end
     scene.walls_.emplace_back(Vector3d(kGridHalfWidth, kGridHalfHeight, kChartDistance), 2.0 * kGridHalfWidth * right,
                               2.0 * kGridHalfHeight * down, GridWall());
     return scene;
