@@ -115,7 +115,7 @@ const std::array<std::string_view, 3>& LightPresetNames() {
 /// Radiance on a grid over SquareOf, interpolated; density on cells of `kTexels` x `kTexels` of its steps.
 struct Environment::Table {
   static constexpr int kTexels = 2;
-  static constexpr double kExposure = 0.9;
+  static constexpr double kExposure = 1.1;
 
   template <class Light>
   Table(int cells_per_side, const Light& light);
