@@ -32,7 +32,7 @@ Eigen::Vector3f CosineDirection(float u, float v) {
 /// Skin: share of the surface that shines, and how much stronger light comes back towards its source.
 constexpr float kSebumCoverage = 0.6F;
 constexpr float kBackwards = 0.15F;
-constexpr float kSoftest = 0.8F;
+constexpr float kSoftest = 0.84F;
 
 }  // namespace
 
@@ -70,15 +70,13 @@ Bsdf::Bsdf(const Material& material, const LinearRgb& colour) {
       facets_ = Facets::Polished(material.roughness);
       table_ = &GlossTable::Polished();
       row_ = GlossTable::RowOf(material.roughness);
-      mean_left_over_ = 1.0F - table_->MirrorMean(row_);
       SetMetal(held);
       break;
     case Finish::kBrushed:
       kind_ = Kind::kBrushed;
       facets_ = Facets::Brushed(material.roughness);
       brushed_ = &BrushedTable::Get();
-      brushed_row_ = brushed_->RowOf(material.roughness);
-      mean_left_over_ = 1.0F - brushed_row_.mean;
+      brushed_row_ = BrushedTable::RowOf(material.roughness);
       SetMetal(held);
       break;
     case Finish::kMatte:
@@ -114,18 +112,16 @@ void Bsdf::SetBody(const LinearRgb& colour, float translucency) {
 
 void Bsdf::SetSoftness(const LinearRgb& colour, float roughness) {
   kind_ = Kind::kSkin;
-  softness_ = kSoftest * colour.cwiseProduct(colour);
+  // Light that is absorbed less goes further in.
+  softness_ = kSoftest * colour.cwiseProduct(colour.cwiseSqrt());
   const GlossTable::CoatMeans means = table_->MeansOf(coat_, GlossTable::RowOf(roughness));
   softness_slope_ = 1.5F * (1.0F - coverage_ * means.first) / (1.0F - coverage_ * means.second);
 }
 
 void Bsdf::SetMetal(const LinearRgb& colour) {
   specular_ = colour;
-  // Mean of Schlick's reflectance over the hemisphere; each further bounce between the facets costs it once more.
-  const Eigen::Array3f mean = colour.array() + (1.0F - colour.array()) / 21.0F;
-  body_ = (mean.square() * (1.0F - mean_left_over_) / (1.0F - mean * mean_left_over_)).matrix();
-  body_luminance_ = LuminanceOf(body_);
-  albedo_ = mean.matrix();
+  // Mean of Schlick's reflectance over the hemisphere.
+  albedo_ = (colour.array() + (1.0F - colour.array()) / 21.0F).matrix();
 }
 
 float Bsdf::LeftOver(const Eigen::Vector3f& direction) const {
@@ -149,9 +145,8 @@ Bsdf::Side Bsdf::SideOf(const Eigen::Vector3f& out) const {
   side.out = {out.x(), out.y(), std::max(kLeastCosine, out.z())};
   if (kind_ == Kind::kMatte) return side;
   side.left_over = LeftOver(side.out);
-  const bool is_metal = kind_ == Kind::kPolished || kind_ == Kind::kBrushed;
-  const float facets = is_metal ? (1.0F - side.left_over) * LuminanceOf(specular_) + 1e-4F : 1.0F - side.left_over;
-  side.facet_share = facets / (facets + side.left_over * body_luminance_);
+  const float facets = 1.0F - side.left_over;
+  side.facet_share = is_metal() ? 1.0F : facets / (facets + side.left_over * body_luminance_);
   return side;
 }
 
@@ -162,39 +157,38 @@ LinearRgb Bsdf::SoftnessOf(const Eigen::Vector3f& out, const Eigen::Vector3f& in
 }
 
 Bsdf::Response Bsdf::RespondFrom(const Side& side, const Eigen::Vector3f& in) const {
-  Response response;
-  const Eigen::Vector3f& out = side.out;
-  const float body_density = (1.0F - side.facet_share) * std::abs(in.z()) * kInversePi;
-  if (!(in.z() > 0.0F)) {
-    response.density = through_share_ * body_density;
-    if (through_share_ > 0.0F && in.z() < 0.0F) {
-      response.value = side.left_over * LeftOver(in) * -in.z() * kInversePi / mean_left_over_ * through_;
-    }
-  } else {
-    response.density = (1.0F - through_share_) * body_density;
-    const float passed = kind_ == Kind::kMatte ? 1.0F : side.left_over * LeftOver(in) / mean_left_over_;
-    response.value = passed * in.z() * kInversePi * body_;
-    if (kind_ == Kind::kSkin) response.value = response.value.cwiseProduct(SoftnessOf(out, in));
-  }
+  Response response = is_metal() ? Response{} : RespondOfBody(side, in);
   if (kind_ == Kind::kMatte) return response;
-
-  Eigen::Vector3f half = out + in;
-  const float length = half.squaredNorm();
-  if (!(half.z() > 0.0F && length > 0.0F)) return response;
-  half /= std::sqrt(length);
+  const Eigen::Vector3f& out = side.out;
+  const Eigen::Vector3f sum = out + in;
   const float stretch_out = facets_.Stretch(out);
-  // Smith's G1 · D / (4 cos): the density with which a facet seen from `out` mirrors to `in`.
-  const float mirrored = facets_.Distribution(half) * 0.5F / (out.z() + stretch_out);
+  const float mirrored = facets_.MirrorDensity(out, stretch_out, sum);
   response.density += side.facet_share * mirrored;
-  if (in.z() <= 0.0F) return response;
+  if (!(in.z() > 0.0F)) return response;
+  // G2(out, in) / G1(out) of the facets' light finds its way out.
   const float lit =
       mirrored * (stretch_out + out.z()) * in.z() / (stretch_out * in.z() + facets_.Stretch(in) * out.z());
-  const float cosine = std::min(1.0F, out.dot(half));
-  if (kind_ == Kind::kPolished || kind_ == Kind::kBrushed) {
-    response.value += lit * (specular_ + FifthPower(1.0F - cosine) * (LinearRgb::Ones() - specular_));
+  const float cosine = std::min(1.0F, 0.5F * sum.norm());  // on the facet, half way between the two
+  if (is_metal()) {
+    const LinearRgb first = specular_ + FifthPower(1.0F - cosine) * (LinearRgb::Ones() - specular_);
+    const float again = side.left_over / (1.0F - side.left_over);
+    response.value += lit * first.cwiseProduct(LinearRgb::Ones() + again * specular_);
   } else {
     response.value.array() += lit * coverage_ * DielectricReflectance(cosine, IndexOf(coat_));
   }
+  return response;
+}
+
+Bsdf::Response Bsdf::RespondOfBody(const Side& side, const Eigen::Vector3f& in) const {
+  const float cosine = std::abs(in.z());
+  const bool is_lit_side = in.z() > 0.0F;
+  const float share = is_lit_side ? 1.0F - through_share_ : through_share_;
+  Response response;
+  response.density = (1.0F - side.facet_share) * share * cosine * kInversePi;
+  if (share <= 0.0F || cosine <= 0.0F) return response;
+  const float passed = kind_ == Kind::kMatte ? 1.0F : side.left_over * LeftOver(in) / mean_left_over_;
+  response.value = passed * cosine * kInversePi * (is_lit_side ? body_ : through_);
+  if (kind_ == Kind::kSkin) response.value = response.value.cwiseProduct(SoftnessOf(side.out, in));
   return response;
 }
 

@@ -24,12 +24,13 @@ struct LocalFrame {
 /// How one point of an opaque or milky surface scatters light: the path tracer's reading of a Material (every finish
 /// but kLens). A small value, made per hit. Energy: the albedo never exceeds 1 in any channel, and is 1 for a white
 /// kMatte, kPlastic, kTranslucent, kSkin (coat and body share what comes in) and for a metal of reflectance 1 (energy
-/// lost between grooves is given back), within 0.002. Every finish is reciprocal.
+/// lost between facets is given back), within 0.002. Every finish but the two metals is reciprocal.
 ///
-/// With mu the cosine of a direction to the normal, R its reflected share and M the mean of R over the hemisphere
+/// With R the share of the light from a direction that the clear coat mirrors and M the mean of R over the hemisphere
 /// (GlossTable), the light that R leaves over goes to the body, (1 - R(out)) (1 - R(in)) / (pi (1 - M)) times the
-/// body's colour: what enters and what leaves is dimmed alike, and white adds up to 1 (Kulla, Conty 2017; Kelemen,
-/// Szirmay-Kalos 2001). For metals the same form is the light that bounced several times between the facets.
+/// body's colour: what enters and what leaves is dimmed alike, and white adds up to 1 (Kelemen, Szirmay-Kalos 2001).
+/// Metal mirrors E of the light in one reflection; what bounces between its facets instead is added in the same
+/// directions, tinted once more: factor 1 + colour (1 - E(out)) / E(out) (Turquin 2019).
 class Bsdf {
  public:
   /// `colour`: the material's colour at this point, texture and vertex colour applied, 0 … 1.
@@ -65,7 +66,7 @@ class Bsdf {
   /// What depends on one direction alone.
   struct Side {
     Eigen::Vector3f out;       // above the horizon
-    float left_over = 1.0F;    // 1 - R(out)
+    float left_over = 1.0F;    // 1 - R(out), or 1 - E(out)
     float facet_share = 0.0F;  // of Sample's choices
   };
 
@@ -76,7 +77,9 @@ class Bsdf {
 
   [[nodiscard]] float LeftOver(const Eigen::Vector3f& direction) const;
   [[nodiscard]] Side SideOf(const Eigen::Vector3f& out) const;
+  [[nodiscard]] bool is_metal() const { return kind_ == Kind::kPolished || kind_ == Kind::kBrushed; }
   [[nodiscard]] Response RespondFrom(const Side& side, const Eigen::Vector3f& in) const;
+  [[nodiscard]] Response RespondOfBody(const Side& side, const Eigen::Vector3f& in) const;
   [[nodiscard]] LinearRgb SoftnessOf(const Eigen::Vector3f& out, const Eigen::Vector3f& in) const;
 
   enum class Kind { kMatte, kCoated, kSkin, kPolished, kBrushed };

@@ -14,9 +14,13 @@ namespace {
 constexpr int kLevels = 5;
 constexpr int kRowsPerBand = 8;
 /// Differences of light that count as one, in standard deviations.
-constexpr float kLightTolerance = 4.0F;
+constexpr float kLightTolerance = 2.5F;
 constexpr float kAlbedoTolerance = 0.06F;
 constexpr float kLensTolerance = 0.25F;
+/// Distance at which pixels have nothing in common any more: FallOff is below 0.001.
+constexpr float kFar = 5.5F;
+/// Deviations of a pixel that nobody sees, of light divided by the albedo: a quarter of a step of 8 bits in the dark.
+constexpr float kInvisible = 1e-4F;
 /// Albedo below which light is not divided by it.
 constexpr float kLeastAlbedo = 0.02F;
 constexpr std::array<float, 3> kTaps = {0.375F, 0.25F, 0.0625F};  // B-spline, from the middle
@@ -146,19 +150,20 @@ class Filter {
     // Depth: against what the slope of the surface makes of the distance.
     const float reach = a.slope.per_column * static_cast<float>(std::abs(dx)) +
                         a.slope.per_row * static_cast<float>(std::abs(dy)) + 0.001F * a.depth + 1e-3F;
-    float distance = std::abs(a.depth - b.depth) / (2.0F * reach);
+    float distance = 0.5F * std::abs(a.depth - b.depth) / reach;
     distance += std::abs(a.luminance - b.luminance) * per_deviation;
+    if (distance > kFar) return 0.0F;
     const float albedo = (a.albedo - b.albedo).cwiseAbs().maxCoeff();
     distance += albedo * albedo * (1.0F / (kAlbedoTolerance * kAlbedoTolerance));
     distance += std::abs(a.lens - b.lens) * (1.0F / kLensTolerance);
     // Normals: sharp; half a unit of 1 - cos is far.
     distance += 24.0F * (a.normal - b.normal).squaredNorm();
-    return FallOff(distance);
+    return distance > kFar ? 0.0F : FallOff(distance);
   }
 
   [[nodiscard]] Filtered FilteredAt(int x, int y, int step) const {
     const Pixel& middle = At(x, y);
-    if (!(middle.blurred > 0.0F)) return {middle.light, middle.variance};
+    if (!(middle.blurred > kInvisible * kInvisible)) return {middle.light, middle.variance};
     const float per_deviation = 1.0F / (kLightTolerance * std::sqrt(middle.blurred) + 1e-6F);
     LinearRgb sum = kTaps[0] * kTaps[0] * middle.light;
     float variance = kTaps[0] * kTaps[0] * kTaps[0] * kTaps[0] * middle.variance;
@@ -173,6 +178,7 @@ class Filter {
         const float weight = kTaps[static_cast<std::size_t>(std::abs(i))] *
                              kTaps[static_cast<std::size_t>(std::abs(j))] *
                              Weight(middle, tap, i * step, j * step, per_deviation);
+        if (weight == 0.0F) continue;
         sum += weight * tap.light;
         variance += weight * weight * tap.variance;
         total += weight;

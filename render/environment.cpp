@@ -20,7 +20,7 @@ struct SquarePoint {
   float y = 0.0F;
 };
 
-/// atan(t) * 2 / pi for 0 <= t <= 1. Error below 2e-6 (Chebyshev fit in t^2).
+/// Of the angle whose tangent is t, 0 … 1, in quarter turns.
 float QuarterTurns(float t) { return std::atan(t) * (2.0F / kPiF); }
 
 /// Octahedron unfolded to a square, area-preserving (Clarberg 2008): the middle looks up, the corners down.
@@ -57,39 +57,52 @@ Eigen::Vector3f DirectionOf(const SquarePoint& point) {
 
 float LuminanceOf(const LinearRgb& rgb) { return 0.2126F * rgb[0] + 0.7152F * rgb[1] + 0.0722F * rgb[2]; }
 
-/// A piecewise constant density over [0, 1), drawn from by inverting its sum; `first` tells where to begin the search.
-class Inversion {
+/// Piecewise constant densities over [0, 1), each of `steps` even steps, drawn from by inverting their sums. All in one
+/// piece of memory: a draw waits for it more than for anything else.
+class Inversions {
  public:
-  explicit Inversion(const std::vector<float>& weights) : sums_(weights.size() + 1), first_(weights.size()) {
-    double total = 0.0;
-    for (const float weight : weights) total += weight;
-    double sum = 0.0;
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      sum += weights[k];
-      sums_[k + 1] = static_cast<float>(sum / total);
-    }
-    sums_.back() = 1.0F;
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < first_.size(); ++k) {
-      const float u = static_cast<float>(k) / static_cast<float>(first_.size());
-      while (sums_[at + 1] <= u) ++at;
-      first_[k] = static_cast<std::uint16_t>(at);
-    }
+  /// `weights`: those of the first density, then of the second …; each has a positive sum.
+  Inversions(const std::vector<float>& weights, std::size_t steps) : steps_(steps) {
+    const std::size_t count = weights.size() / steps;
+    sums_.reserve(count * (steps + 1));
+    first_.reserve(count * steps);
+    for (std::size_t k = 0; k < count; ++k) Append(&weights[k * steps]);
   }
 
   struct Place {
-    std::size_t cell = 0;
+    std::size_t step = 0;
     float within = 0.0F;  // 0 … 1
   };
-  [[nodiscard]] Place Find(float u) const {
-    std::size_t cell = first_[static_cast<std::size_t>(u * static_cast<float>(first_.size()))];
-    while (sums_[cell + 1] <= u) ++cell;
-    return {cell, std::clamp((u - sums_[cell]) / (sums_[cell + 1] - sums_[cell]), 0.0F, 1.0F)};
+  [[nodiscard]] Place Find(std::size_t density, float u) const {
+    const float* sums = &sums_[density * (steps_ + 1)];
+    std::size_t step = first_[density * steps_ + static_cast<std::size_t>(u * static_cast<float>(steps_))];
+    while (sums[step + 1] <= u) ++step;
+    return {step, std::clamp((u - sums[step]) / (sums[step + 1] - sums[step]), 0.0F, 1.0F)};
   }
 
  private:
-  std::vector<float> sums_;
-  std::vector<std::uint16_t> first_;
+  void Append(const float* weights) {
+    double total = 0.0;
+    for (std::size_t k = 0; k < steps_; ++k) total += weights[k];
+    const std::size_t begin = sums_.size();
+    sums_.push_back(0.0F);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < steps_; ++k) {
+      sum += weights[k];
+      sums_.push_back(static_cast<float>(sum / total));
+    }
+    sums_.back() = 1.0F;
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < steps_; ++k) {
+      const float u = static_cast<float>(k) / static_cast<float>(steps_);
+      while (sums_[begin + at + 1] <= u) ++at;
+      first_.push_back(static_cast<std::uint16_t>(at));
+    }
+  }
+
+  std::size_t steps_;
+  std::vector<float> sums_;           // per density steps + 1
+  std::vector<std::uint16_t> first_;  // per density: where the search for k / steps begins
 };
 
 }  // namespace
@@ -102,6 +115,7 @@ const std::array<std::string_view, 3>& LightPresetNames() {
 /// Radiance on a grid over SquareOf, interpolated; density on cells of `kTexels` x `kTexels` of its steps.
 struct Environment::Table {
   static constexpr int kTexels = 2;
+  static constexpr double kExposure = 0.9;
 
   template <class Light>
   Table(int cells_per_side, const Light& light);
@@ -117,6 +131,17 @@ struct Environment::Table {
     const int row = std::min(static_cast<int>(point.y * scale), cells - 1);
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(cells) + static_cast<std::size_t>(column);
   }
+  [[nodiscard]] SquarePoint MiddleOf(int column, int row) const {
+    return {(static_cast<float>(column) + 0.5F) / static_cast<float>(texels),
+            (static_cast<float>(row) + 0.5F) / static_cast<float>(texels)};
+  }
+  /// Scales the light so that a white matte surface that faces where most light comes from reflects kExposure.
+  void Expose();
+  /// Last step of the making.
+  void Finish() {
+    WrapEdges();
+    SpreadDensity();
+  }
   void WrapEdges();
   void SpreadDensity();
 
@@ -124,8 +149,8 @@ struct Environment::Table {
   int texels = 0;                   // per side
   std::vector<LinearRgb> radiance;  // (texels + 2)^2: a rim on each side repeats what lies across the fold
   std::vector<float> density;       // cells^2, per steradian
-  std::vector<Inversion> columns;   // per row of cells
-  std::vector<Inversion> rows;      // one
+  Inversions columns{{}, 1};        // per row of cells
+  Inversions rows{{}, 1};           // one
 };
 
 template <class Light>
@@ -134,16 +159,35 @@ Environment::Table::Table(int cells_per_side, const Light& light)
   radiance.resize(static_cast<std::size_t>(texels + 2) * static_cast<std::size_t>(texels + 2));
   for (int row = 0; row < texels; ++row) {
     for (int column = 0; column < texels; ++column) {
-      const SquarePoint point{(static_cast<float>(column) + 0.5F) / static_cast<float>(texels),
-                              (static_cast<float>(row) + 0.5F) / static_cast<float>(texels)};
-      const LinearRgb seen = light(DirectionOf(point));
+      const LinearRgb seen = light(DirectionOf(MiddleOf(column, row)));
       ENSURE(seen.allFinite() && seen.minCoeff() >= 0.0F, "radiance must be finite and not negative");
       radiance[static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(texels + 2) +
                static_cast<std::size_t>(column + 1)] = seen;
     }
   }
-  WrapEdges();
-  SpreadDensity();
+}
+
+void Environment::Table::Expose() {
+  std::vector<Eigen::Vector3f> directions;
+  directions.reserve(radiance.size());
+  Eigen::Vector3d flow = Eigen::Vector3d::Zero();
+  for (int row = 0; row < texels; ++row) {
+    for (int column = 0; column < texels; ++column) {
+      directions.push_back(DirectionOf(MiddleOf(column, row)));
+      flow += LuminanceOf(Texel(column, row)) * directions.back().cast<double>();
+    }
+  }
+  const Eigen::Vector3f normal = flow.normalized().cast<float>();
+  double sum = 0.0;
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    const auto column = static_cast<int>(k) % texels;
+    const auto row = static_cast<int>(k) / texels;
+    sum += std::max(0.0F, normal.dot(directions[k])) * LuminanceOf(Texel(column, row));
+  }
+  // Irradiance over pi; a texel stands for 4 pi / texels^2.
+  const double reflected = 4.0 * sum / (static_cast<double>(texels) * texels);
+  const auto factor = static_cast<float>(kExposure / reflected);
+  for (LinearRgb& seen : radiance) seen *= factor;
 }
 
 /// Each edge of the square is folded about its middle.
@@ -189,18 +233,17 @@ void Environment::Table::SpreadDensity() {
       static_cast<double>(weights.size()) / (4.0 * kPi * (total + floor * static_cast<double>(weights.size())));
   std::vector<float> row_weights;
   for (int row = 0; row < cells; ++row) {
-    const auto begin = weights.begin() + static_cast<std::ptrdiff_t>(row) * cells;
-    std::vector<float> cell_weights(begin, begin + cells);
+    const std::size_t begin = static_cast<std::size_t>(row) * static_cast<std::size_t>(cells);
     float sum = 0.0F;
-    for (float& weight : cell_weights) {
-      weight += floor;
-      sum += weight;
-      density.push_back(static_cast<float>(weight * scale));
+    for (std::size_t k = begin; k < begin + static_cast<std::size_t>(cells); ++k) {
+      weights[k] += floor;
+      sum += weights[k];
+      density.push_back(static_cast<float>(weights[k] * scale));
     }
-    columns.emplace_back(cell_weights);
     row_weights.push_back(sum);
   }
-  rows.emplace_back(row_weights);
+  columns = Inversions(weights, static_cast<std::size_t>(cells));
+  rows = Inversions(row_weights, static_cast<std::size_t>(cells));
 }
 
 LinearRgb Environment::Table::Interpolated(const SquarePoint& point) const {
@@ -218,16 +261,19 @@ LinearRgb Environment::Table::Interpolated(const SquarePoint& point) const {
 }
 
 Environment Environment::Uniform(const LinearRgb& radiance) {
-  return Environment(std::make_shared<const Table>(1, [&radiance](const Eigen::Vector3f&) { return radiance; }));
+  const auto table = std::make_shared<Table>(1, [&radiance](const Eigen::Vector3f&) { return radiance; });
+  table->Finish();
+  return Environment(table);
 }
 
 Environment Environment::Preset(LightPreset preset) {
   const auto make = [](LightPreset which) {
     constexpr int kCells = 256;
-    const float exposure = PresetExposure(which);
-    return std::make_shared<const Table>(kCells, [which, exposure](const Eigen::Vector3f& direction) -> LinearRgb {
-      return exposure * PresetRadiance(which, direction);
-    });
+    auto table = std::make_shared<Table>(
+        kCells, [which](const Eigen::Vector3f& direction) { return PresetRadiance(which, direction); });
+    table->Expose();
+    table->Finish();
+    return std::shared_ptr<const Table>(std::move(table));
   };
   switch (preset) {
     case LightPreset::kShop: {
@@ -259,12 +305,12 @@ Environment::Draw Environment::At(const Eigen::Vector3f& direction) const {
 }
 
 Environment::Draw Environment::Sample(float u, float v) const {
-  const Inversion::Place row = table_->rows.front().Find(v);
-  const Inversion::Place column = table_->columns[row.cell].Find(u);
+  const Inversions::Place row = table_->rows.Find(0, v);
+  const Inversions::Place column = table_->columns.Find(row.step, u);
   const auto scale = static_cast<float>(table_->cells);
-  const SquarePoint point{(static_cast<float>(column.cell) + column.within) / scale,
-                          (static_cast<float>(row.cell) + row.within) / scale};
-  const std::size_t cell = row.cell * static_cast<std::size_t>(table_->cells) + column.cell;
+  const SquarePoint point{(static_cast<float>(column.step) + column.within) / scale,
+                          (static_cast<float>(row.step) + row.within) / scale};
+  const std::size_t cell = row.step * static_cast<std::size_t>(table_->cells) + column.step;
   return {DirectionOf(point), table_->Interpolated(point), table_->density[cell]};
 }
 

@@ -168,12 +168,17 @@ Result<NearLayer> NearLayerOf(const Scene& near, const Camera& camera, const Ren
   const auto layer = RenderLayer(near, camera, options, {{}, task.stop});
   if (!layer) return Fail(layer);
   NearLayer result{layer->width, layer->height, {}};
-  result.covered.reserve(layer->rgb.size());
-  for (std::size_t i = 0; i < layer->rgb.size(); ++i) {
-    const bool is_there = layer->depth[i] < kNoDepth;
-    Eigen::Vector4f value = Eigen::Vector4f::Zero();
-    if (is_there) value << layer->rgb[i], 1.0F;
-    result.covered.push_back(value);
+  result.covered.assign(static_cast<std::size_t>(layer->width) * static_cast<std::size_t>(layer->height),
+                        Eigen::Vector4f::Zero());
+  const SampleWindow& window = layer->window;
+  for (int y = window.row; y < window.row_end(); ++y) {
+    for (int x = window.column; x < window.column_end(); ++x) {
+      const std::size_t from = window.Index(x, y);
+      if (layer->depth[from] == kNoDepth) continue;
+      result.covered[static_cast<std::size_t>(y) * static_cast<std::size_t>(layer->width) + static_cast<std::size_t>(x)]
+          << layer->rgb[from],
+          1.0F;
+    }
   }
   for (int pass = 0; pass < 2 && radius > 0; ++pass) {
     SoftenLines(result.covered, result.height, result.width, result.width, 1, radius);

@@ -40,15 +40,16 @@ class Painter {
         canvas_(static_cast<int>(std::lround(width_mm / texel)), static_cast<int>(std::lround(height_mm / texel))) {
     Box(-10.0, -10.0, width_mm + 20.0, height_mm + 20.0, ground);
   }
+  // The canvas counts from its pixels' middles and draws both ends.
   void Box(double left, double top, double width, double height, const LinearRgb& colour) {
-    canvas_.FillRectangle(Vector2d(left, top) / texel_, Vector2d(left + width, top + height) / texel_, colour);
+    const Vector2d from = Vector2d(left, top) / texel_;
+    const Vector2d to = Vector2d(left + width, top + height) / texel_ - Vector2d(1.0, 1.0);
+    canvas_.FillRectangle(from, to.cwiseMax(from), colour);
   }
   void Disc(double x, double y, double radius, const LinearRgb& colour) {
-    canvas_.FillDisc(Vector2d(x, y) / texel_, radius / texel_, colour);
+    canvas_.FillDisc(Vector2d(x, y) / texel_ - Vector2d(0.5, 0.5), radius / texel_, colour);
   }
-  void Line(double x0, double y0, double x1, double y1, int pixels, const LinearRgb& colour) {
-    canvas_.Polyline({Vector2d(x0, y0) / texel_, Vector2d(x1, y1) / texel_}, colour, pixels);
-  }
+
   [[nodiscard]] WallPicture Finished() const {
     RgbImage image = canvas_.ToImage();
     return {image.width, image.height, std::move(image.rgb)};

@@ -173,12 +173,29 @@ Eigen::Vector3f Facets::SampleVisible(const Eigen::Vector3f& out, float u, float
   return Eigen::Vector3f(x * bisector.x(), y * bisector.y(), std::max(1e-12F, bisector.z())).normalized();
 }
 
+float Facets::MirrorDensity(const Eigen::Vector3f& out, float stretch_out, const Eigen::Vector3f& sum) const {
+  if (!(sum.z() > 0.0F)) return 0.0F;
+  // With h = sum / |sum|, D = (x y)^3 |sum|^4 / (pi q^2), q as below, and G1 / out.z = 2 / (out.z + stretch).
+  const float xy = x * y;
+  const float sx = y * sum.x();
+  const float sy = x * sum.y();
+  const float sz = xy * sum.z();
+  const float q = sx * sx + sy * sy + sz * sz;
+  if (!(q > 1e-36F)) return 0.0F;  // out + in is nothing but rounding
+  const float ratio = xy * sum.squaredNorm() / q;
+  return 0.5F / static_cast<float>(kPi) * xy * ratio * ratio / (out.z() + stretch_out);
+}
+
 float DielectricReflectance(float cosine, float index) {
   const float c = std::clamp(cosine, 0.0F, 1.0F);
   const float g = std::sqrt(index * index - 1.0F + c * c);
-  const float s = (g - c) / (g + c);
-  const float p = (index * index * c - g) / (index * index * c + g);
-  return 0.5F * (s * s + p * p);
+  // s = (g - c) / (g + c), p = s (c (g + c) - 1) / (c (g - c) + 1); the mean of their squares.
+  const float less = g - c;
+  const float more = g + c;
+  const float up = c * more - 1.0F;
+  const float down = c * less + 1.0F;
+  const float both = more * down;
+  return 0.5F * less * less * (down * down + up * up) / (both * both);
 }
 
 float IndexOf(Coat coat) { return coat == Coat::kPlastic ? 1.5F : 1.4F; }
@@ -222,8 +239,6 @@ void GlossTable::FillMeans() {
     const Row at{std::min(row, kRows - 2), row == kRows - 1 ? 1.0F : 0.0F};
     const float alpha = Facets::Polished(RoughnessAt(static_cast<double>(row) / (kRows - 1))).x;
     // mu = s^2 samples grazing angles more densely; d(mu) = 2 s ds.
-    mirror_mean_[row] =
-        static_cast<float>(MeanOver(kSamples, [&](float s) { return 4.0F * s * s * s * Mirror(at, alpha, s * s); }));
     for (const Coat coat : {Coat::kPlastic, Coat::kSkin}) {
       const auto k = static_cast<std::size_t>(coat);
       first_mean_[k][row] = static_cast<float>(
@@ -265,24 +280,12 @@ BrushedTable::BrushedTable() {
       }
     }
   }
-  for (std::size_t row = 0; row < kRows; ++row) FillMean(row);
 }
 
-void BrushedTable::FillMean(std::size_t row) {
-  const Facets facets = Facets::Brushed(RoughnessAt(static_cast<double>(row) / (kRows - 1)));
-  const Row at{std::min(row, kRows - 2), row == kRows - 1 ? 1.0F : 0.0F, 1.0F};
-  mean_[row] = static_cast<float>(MeanOver(64, [&](float s) {
-    return 4.0F * s * s * s * MeanOver(24, [&](float turn) {
-             return Mirror(at, facets, DirectionAt(s * s, 0.5F * static_cast<float>(kPi) * turn));
-           });
-  }));
-}
-
-BrushedTable::Row BrushedTable::RowOf(float roughness) const {
+BrushedTable::Row BrushedTable::RowOf(float roughness) {
   const float position = ShareOf(roughness) * static_cast<float>(kRows - 1);
   const std::size_t index = std::min(static_cast<std::size_t>(position), kRows - 2);
-  const float fraction = position - static_cast<float>(index);
-  return {index, fraction, mean_[index] + fraction * (mean_[index + 1] - mean_[index])};
+  return {index, position - static_cast<float>(index)};
 }
 
 float BrushedTable::Lookup(const Plane& plane, float turn, float step) {

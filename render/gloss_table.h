@@ -22,6 +22,9 @@ struct Facets {
   [[nodiscard]] float Stretch(const Eigen::Vector3f& v) const;
   /// Density of facet normals, per steradian of normal and unit of area: D(h). h.z() > 0.
   [[nodiscard]] float Distribution(const Eigen::Vector3f& half) const;
+  /// Density per steradian with which facets seen from `out` (out.z() > 0), of stretch `stretch_out`, mirror it to a
+  /// direction `in` with out + in = `sum`: G1 D / (4 out.z). 0 for a sum below the horizon.
+  [[nodiscard]] float MirrorDensity(const Eigen::Vector3f& out, float stretch_out, const Eigen::Vector3f& sum) const;
   /// A normal drawn from those that are seen from `out` (out.z() > 0). u, v in [0, 1).
   [[nodiscard]] Eigen::Vector3f SampleVisible(const Eigen::Vector3f& out, float u, float v) const;
 };
@@ -61,8 +64,6 @@ class GlossTable {
   [[nodiscard]] float Coated(Coat coat, const Row& row, float alpha, float mu) const {
     return Lookup(coated_[static_cast<std::size_t>(coat)], row, TwiceBent(mu, alpha));
   }
-  /// Mean of E over the hemisphere, weighted with 2 mu.
-  [[nodiscard]] float MirrorMean(const Row& row) const { return Blend(mirror_mean_, row); }
   /// Means of R over the hemisphere: weighted with 2 mu, and with 3 mu^2.
   struct CoatMeans {
     float first = 0.0F;
@@ -76,6 +77,7 @@ class GlossTable {
  private:
   static constexpr std::size_t kRows = 41;   // even steps of roughness
   static constexpr std::size_t kSteps = 81;  // even steps of the bent cosine
+  static constexpr float kRise = 0.1F;       // about where Fresnel's rise is steepest
   using Plane = std::array<std::array<float, kSteps>, kRows>;
   using Column = std::array<float, kRows>;
 
@@ -84,7 +86,12 @@ class GlossTable {
 
   /// 0 … 1 for mu 0 … 1, stretched at 0 over about `width`.
   [[nodiscard]] static float Bent(float mu, float width) { return (1.0F + width) * mu / (mu + width); }
-  [[nodiscard]] static float TwiceBent(float mu, float alpha) { return 0.5F * (Bent(mu, alpha) + Bent(mu, 0.1F)); }
+  /// The mean of Bent(mu, alpha) and Bent(mu, kRise).
+  [[nodiscard]] static float TwiceBent(float mu, float alpha) {
+    const float a = mu + alpha;
+    const float b = mu + kRise;
+    return 0.5F * mu * ((1.0F + alpha) * b + (1.0F + kRise) * a) / (a * b);
+  }
   [[nodiscard]] static float Blend(const Column& column, const Row& row) {
     return column[row.index] + row.fraction * (column[row.index + 1] - column[row.index]);
   }
@@ -102,7 +109,6 @@ class GlossTable {
 
   Plane mirror_{};
   std::array<Plane, 2> coated_{};
-  Column mirror_mean_{};
   std::array<Column, 2> first_mean_{};
   std::array<Column, 2> second_mean_{};
 };
@@ -113,13 +119,12 @@ class BrushedTable {
  public:
   [[nodiscard]] static const BrushedTable& Get();
 
-  /// A roughness, prepared.
+  /// A roughness' place in the table.
   struct Row {
     std::size_t index = 0;
     float fraction = 0.0F;
-    float mean = 1.0F;  ///< Of E over the hemisphere, weighted with 2 mu.
   };
-  [[nodiscard]] Row RowOf(float roughness) const;
+  [[nodiscard]] static Row RowOf(float roughness);
   [[nodiscard]] float Mirror(const Row& row, const Facets& facets, const Eigen::Vector3f& direction) const;
 
  private:
@@ -129,11 +134,9 @@ class BrushedTable {
   using Plane = std::array<std::array<float, kSteps>, kTurns>;
 
   BrushedTable();
-  void FillMean(std::size_t row);
   [[nodiscard]] static float Lookup(const Plane& plane, float turn, float step);
 
   std::array<Plane, kRows> mirror_{};
-  std::array<float, kRows> mean_{};
 };
 
 }  // namespace annulus

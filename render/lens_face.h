@@ -30,8 +30,7 @@ class LensFace {
   /// For rays within `region`.
   LensFace(const LensSurface& surface, const LensRegion& region);
 
-  /// Whether the surface reaches (x, y) of the lens frame steeply enough not to be a rim of its own: its slope against
-  /// its own axis is below 1500.
+  /// Whether a point on the surface is well within its rim: the slope against its own axis below 70.
   [[nodiscard]] bool Reaches(const Eigen::Vector3d& on_surface) const;
   /// How far a point lies before (+) or behind (−) the surface, along the surface's axis, mm; the sign is exact.
   [[nodiscard]] double Before(const Eigen::Vector3d& p_in_lens) const;

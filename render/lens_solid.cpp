@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Room between the solid and the cylinder in which it is searched, mm.
 constexpr double kRoom = 1e-3;
-/// A crossing of the part at which a ray starts, this near to its start, is the start, mm.
+/// Crossings of the part at which a ray starts, this near to its start, are the start, mm.
 constexpr double kStart = 1e-3;
 /// How far over a face the edge may reach, so that no ray slips out between them, mm.
 constexpr double kSeam = 1e-9;
@@ -146,10 +146,9 @@ struct LensSolid::LocalRay {
     return low <= high;
   }
 
-  /// The roots that count: those of the ray's range without its start.
-  [[nodiscard]] bool Counts(double t, LensPart part, double nearest_to_start) const {
-    if (!(t > least && t <= most)) return false;
-    return part != from || t != nearest_to_start || std::abs(t - start) > kStart;
+  /// Whether a crossing is within the ray's range and not its start.
+  [[nodiscard]] bool Counts(double t, LensPart part) const {
+    return t > least && t <= most && !(part == from && std::abs(t - start) <= kStart);
   }
 };
 
@@ -203,22 +202,14 @@ std::optional<LensCrossing> LensSolid::Next(const LensRay& ray) const {
 std::optional<LensCrossing> LensSolid::NextOf(const LocalRay& ray) const {
   std::optional<LensCrossing> first;
   double best = kInfinity;
-  const auto nearest_to_start = [&ray](const FaceRoots& roots) {
-    double nearest = kInfinity;
-    for (std::size_t i = 0; i < roots.count; ++i) {
-      if (std::abs(roots.t[i] - ray.start) < std::abs(nearest - ray.start)) nearest = roots.t[i];
-    }
-    return nearest;
-  };
   const auto try_face = [&](const LensFace& face, LensPart part, double outward) {
     const double high = std::min(ray.high, best);
     if (high < ray.low) return;
     const FaceRoots roots =
         face.Meet({ray.origin, ray.direction, ray.low, high, ray.from == part && ray.low < ray.start + kStart});
-    const double own = nearest_to_start(roots);
     for (std::size_t i = 0; i < roots.count; ++i) {
       const double t = roots.t[i];
-      if (t >= best || !ray.Counts(t, part, own)) continue;
+      if (t >= best || !ray.Counts(t, part)) continue;
       const Eigen::Vector3d p = ray.At(t);
       if (!wall_.Inside(p.head<2>())) continue;
       const Eigen::Vector3d normal = outward * face.Normal(p);
@@ -232,18 +223,11 @@ std::optional<LensCrossing> LensSolid::NextOf(const LocalRay& ray) const {
   try_face(back_, LensPart::kBack, -1.0);
   if (!is_front_first) try_face(front_, LensPart::kFront, 1.0);
 
-  double own = kInfinity;
-  if (ray.from == LensPart::kEdge) {
-    wall_.ForEachCrossing(ray.origin.head<2>(), ray.direction.head<2>(), {ray.low, ray.start + kStart},
-                          [&](const OutlineWall::Crossing& at) {
-                            if (std::abs(at.t - ray.start) < std::abs(own - ray.start)) own = at.t;
-                          });
-  }
   const double high = std::min(ray.high, best);
   if (high < ray.low) return first;
   wall_.ForEachCrossing(ray.origin.head<2>(), ray.direction.head<2>(), {ray.low, high},
                         [&](const OutlineWall::Crossing& at) {
-                          if (at.t >= best || !ray.Counts(at.t, LensPart::kEdge, own)) return;
+                          if (at.t >= best || !ray.Counts(at.t, LensPart::kEdge)) return;
                           const Eigen::Vector3d p = ray.At(at.t);
                           if (front_.Before(p) > kSeam || back_.Before(p) < -kSeam) return;
                           const Eigen::Vector2d flat = wall_.FlatNormal(at.side);

@@ -45,7 +45,8 @@ class LensSolid {
   /// the finish not as LensFinish asks.
   [[nodiscard]] static Result<LensSolid> Make(const SolidLens& lens);
 
-  /// The first crossing within the ray's range; none if there is none. About 100 ns.
+  /// The first crossing within the ray's range; none if there is none. About 200 ns, 350 ns
+  /// with a toric back.
   [[nodiscard]] std::optional<LensCrossing> Next(const LensRay& ray) const;
   /// Whether a point (station frame) is inside the glass.
   [[nodiscard]] bool Contains(const Eigen::Vector3d& point) const;

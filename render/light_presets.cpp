@@ -25,44 +25,52 @@ LinearRgb Mixed(const LinearRgb& from, const LinearRgb& to, float share) { retur
 
 /// A rectangular lamp far away, brightest in its middle, as a diffuser before a bulb is.
 struct Softbox {
-  Eigen::Vector3f towards;
-  float half_width;  // tangents of half the angles
-  float half_height;
+  Eigen::Vector3f middle;  // unit
+  Eigen::Vector3f right;   // unit, along its width
+  Eigen::Vector3f up;      // unit, along its height
+  Eigen::Vector2f half;    // tangents of half the angles
   LinearRgb radiance;
 };
 
-LinearRgb SoftboxRadiance(const Softbox& lamp, const Eigen::Vector3f& d) {
-  const Eigen::Vector3f middle = lamp.towards.normalized();
-  const float along = d.dot(middle);
-  if (along < 0.1F) return LinearRgb::Zero();
+Softbox MakeSoftbox(const Eigen::Vector3f& towards, const Eigen::Vector2f& half, const LinearRgb& radiance) {
+  const Eigen::Vector3f middle = towards.normalized();
   const Eigen::Vector3f right = Eigen::Vector3f(0.0F, 1.0F, 0.02F).cross(middle).normalized();
-  const float x = d.dot(right) / along / lamp.half_width;
-  const float y = d.dot(middle.cross(right)) / along / lamp.half_height;
-  const float shape = SoftSlab(x, 1.0F, 0.025F / lamp.half_width) * SoftSlab(y, 1.0F, 0.025F / lamp.half_height);
-  if (shape <= 0.0F) return LinearRgb::Zero();
-  return shape * (1.15F - 0.22F * std::min(2.0F, x * x + y * y)) * lamp.radiance;
+  return {middle, right, middle.cross(right), half, radiance};
 }
 
+LinearRgb SoftboxRadiance(const Softbox& lamp, const Eigen::Vector3f& d) {
+  constexpr float kSoftEdge = 0.025F;
+  const float along = d.dot(lamp.middle);
+  if (along < 0.1F) return LinearRgb::Zero();
+  const float x = d.dot(lamp.right) / along;
+  const float y = d.dot(lamp.up) / along;
+  const float shape = SoftSlab(x, lamp.half.x(), kSoftEdge) * SoftSlab(y, lamp.half.y(), kSoftEdge);
+  if (shape <= 0.0F) return LinearRgb::Zero();
+  const float from_middle = x * x / (lamp.half.x() * lamp.half.x()) + y * y / (lamp.half.y() * lamp.half.y());
+  return shape * (1.15F - 0.22F * std::min(2.0F, from_middle)) * lamp.radiance;
+}
+
+/// The lamps of studio.h, with the places and sizes that its mirror images have.
 LinearRgb StudioRadiance(const Eigen::Vector3f& d) {
-  static const std::array<Softbox, 4> kLamps = {{
-      {{-0.62F, 0.52F, 0.58F}, 0.42F, 0.52F, {4.6F, 4.4F, 4.1F}},
-      {{0.86F, 0.10F, 0.50F}, 0.13F, 0.70F, {1.7F, 1.8F, 2.0F}},
-      {{0.05F, 0.97F, 0.25F}, 0.70F, 0.28F, {0.9F, 0.9F, 0.9F}},
-      {{0.62F, 0.42F, -0.66F}, 0.35F, 0.60F, {2.2F, 2.3F, 2.5F}},
-  }};
-  LinearRgb sum = 0.42F * StudioWalls(d, 0.0F);
+  static const std::array<Softbox, 4> kLamps = {
+      MakeSoftbox({-0.62F, 0.52F, 0.58F}, {0.42F, 0.52F}, {4.7F, 4.45F, 4.1F}),
+      MakeSoftbox({0.86F, 0.10F, 0.50F}, {0.13F, 0.70F}, {1.5F, 1.6F, 1.8F}),
+      MakeSoftbox({0.05F, 0.97F, 0.25F}, {0.70F, 0.28F}, {0.8F, 0.8F, 0.8F}),
+      MakeSoftbox({0.62F, 0.42F, -0.66F}, {0.35F, 0.60F}, {2.2F, 2.3F, 2.5F}),
+  };
+  LinearRgb sum = 0.34F * StudioWalls(d, 0.0F);
   for (const Softbox& lamp : kLamps) sum += SoftboxRadiance(lamp, d);
   return sum;
 }
 
-/// The shop, mm-free: metres from the eyes of the person, x right, y up, z towards the viewer.
+/// The shop, in metres from the eyes of the person, x right, y up, z towards the viewer.
 LinearRgb ShopCeiling(const Eigen::Vector3f& p) {
   // Panels 0.3 m x 1.2 m in rows across, every 1.6 m; further ones are lost in haze.
   const float across = p.x() - 1.6F * std::round(p.x() / 1.6F);
   const float along = p.z() - 0.4F - 2.0F * std::round((p.z() - 0.4F) / 2.0F);
   const float far = std::exp(-0.03F * (p.x() * p.x() + p.z() * p.z()));
   const float panel = SoftSlab(across, 0.60F, 0.03F) * SoftSlab(along, 0.15F, 0.03F);
-  return Mixed({0.50F, 0.48F, 0.45F}, {9.0F, 8.6F, 8.0F}, panel * far);
+  return Mixed({0.50F, 0.48F, 0.45F}, {6.6F, 6.3F, 5.9F}, panel * far);
 }
 
 LinearRgb ShopWall(float across, float up) {
@@ -79,7 +87,7 @@ LinearRgb ShopWall(float across, float up) {
 LinearRgb ShopWindow(const Eigen::Vector3f& p) {
   const float pane = SoftSlab(p.y() - 0.35F, 1.15F, 0.04F) * SoftSlab(p.z() - 0.9F, 1.8F, 0.04F);
   const float bar = 1.0F - SoftSlab(p.z() - 0.9F - 1.2F * std::round((p.z() - 0.9F) / 1.2F), 0.04F, 0.03F);
-  const LinearRgb outside = Mixed({1.6F, 1.7F, 1.7F}, {3.9F, 4.4F, 5.2F}, SmoothStep(-0.4F, 0.6F, p.y()));
+  const LinearRgb outside = Mixed({2.2F, 2.3F, 2.3F}, {5.4F, 6.0F, 7.0F}, SmoothStep(-0.4F, 0.6F, p.y()));
   return Mixed(ShopWall(p.z(), p.y()), outside, pane * bar);
 }
 
@@ -113,19 +121,7 @@ LinearRgb DaylightRadiance(const Eigen::Vector3f& d) {
   const LinearRgb horizon(0.62F, 0.70F, 0.80F);
   const LinearRgb sky = Mixed(horizon, zenith, 1.0F - std::exp(-3.2F * height)) + glow * LinearRgb(1.3F, 1.2F, 1.0F);
   const LinearRgb ground = Mixed({0.40F, 0.39F, 0.36F}, {0.26F, 0.25F, 0.22F}, SmoothStep(0.0F, 0.8F, -d.y()));
-  return Mixed(ground, sky, SmoothStep(-0.03F, 0.03F, d.y())) + disc * LinearRgb(390.0F, 362.0F, 318.0F);
-}
-
-Eigen::Vector3f MainLight(LightPreset preset) {
-  switch (preset) {
-    case LightPreset::kStudio:
-      return Eigen::Vector3f(-0.62F, 0.52F, 0.58F).normalized();
-    case LightPreset::kShop:
-      return Eigen::Vector3f(-0.35F, 0.85F, 0.40F).normalized();
-    case LightPreset::kDaylight:
-      break;
-  }
-  return SunDirection();
+  return Mixed(ground, sky, SmoothStep(-0.03F, 0.03F, d.y())) + disc * LinearRgb(790.0F, 735.0F, 655.0F);
 }
 
 }  // namespace
@@ -140,27 +136,6 @@ LinearRgb PresetRadiance(LightPreset preset, const Eigen::Vector3f& direction) {
       break;
   }
   return DaylightRadiance(direction);
-}
-
-float PresetExposure(LightPreset preset) {
-  // Light on a surface, a sum over even steps of its sine^2 and azimuth: each stands for the same share of it.
-  constexpr int kSteps = 256;
-  const Eigen::Vector3f normal = MainLight(preset);
-  const Eigen::Vector3f across = normal.unitOrthogonal();
-  const Eigen::Vector3f along = normal.cross(across);
-  double sum = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const float radius = std::sqrt((static_cast<float>(i) + 0.5F) / kSteps);
-    for (int k = 0; k < kSteps; ++k) {
-      const float azimuth = 2.0F * static_cast<float>(kPi) * static_cast<float>(k) / kSteps;
-      const LinearRgb seen =
-          PresetRadiance(preset, radius * std::cos(azimuth) * across + radius * std::sin(azimuth) * along +
-                                     std::sqrt(1.0F - radius * radius) * normal);
-      sum += 0.2126 * seen[0] + 0.7152 * seen[1] + 0.0722 * seen[2];
-    }
-  }
-  constexpr double kWanted = 0.85;
-  return static_cast<float>(kWanted * kSteps * kSteps / sum);
 }
 
 }  // namespace annulus

@@ -11,7 +11,4 @@ namespace annulus {
 /// exposure. Finite, >= 0, without jumps.
 [[nodiscard]] LinearRgb PresetRadiance(LightPreset preset, const Eigen::Vector3f& direction);
 
-/// The factor that exposes the place: a white matte surface that faces the main light then reflects 0.85 (luminance).
-[[nodiscard]] float PresetExposure(LightPreset preset);
-
 }  // namespace annulus

@@ -19,11 +19,10 @@ constexpr std::uint32_t kMostPassages = 256;
 constexpr double kSheetIndex = 1.5;
 constexpr int kMostSheets = 64;
 
-LinearRgb SheetTransmittance(const TraceScene::Item& item, const Material& material, float solid_z) {
+LinearRgb SheetTransmittance(const Material& material, float solid_z) {
   if (!(material.gradient_from > material.gradient_to)) return material.transmittance;
   const float lower =
       std::clamp((material.gradient_from - solid_z) / (material.gradient_from - material.gradient_to), 0.0F, 1.0F);
-  static_cast<void>(item);
   // Even in absorbance, as a dye of growing depth.
   return (material.transmittance.array().pow(1.0F - lower) * material.lower_transmittance.array().pow(lower)).matrix();
 }
@@ -68,7 +67,6 @@ LensRay TraceOptics::InStation(const TraceRay& ray) const {
 OpticalEvent TraceOptics::Next(const LightPath& path) const {
   OpticalEvent event;
   TraceRay ray = path.Ray(event.t);
-  if (!scene_.MeetsAnyOptics(ray)) return event;
   for (std::size_t k = 0; k < scene_.lenses().size(); ++k) {
     if (!scene_.MeetsOptics(ray, k)) continue;
     LensRay in_station = InStation(ray);
@@ -113,8 +111,8 @@ TraceOptics::Boundary TraceOptics::BoundaryAt(const OpticalEvent& event, const L
     boundary.is_straight = true;
     boundary.normal = surface.normal.cast<double>();
     boundary.reflected = LinearRgb::Constant(mirrored);
-    boundary.passed = (1.0F - mirrored) *
-                      SheetTransmittance(item, item.material, SolidHeight(item, event.sheet, scene_.centre().z()));
+    boundary.passed =
+        (1.0F - mirrored) * SheetTransmittance(item.material, SolidHeight(item, event.sheet, scene_.centre().z()));
     return boundary;
   }
   const LensSolid& lens = scene_.lenses()[static_cast<std::size_t>(event.lens)];

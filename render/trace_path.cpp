@@ -8,9 +8,11 @@
 namespace annulus {
 namespace {
 
-/// Paths that carry less than this much light after a scattering are continued at random, with the share left as the
-/// chance.
-constexpr float kCertain = 1.0F;
+/// Russian roulette: a path goes on with the share of light that it still carries as its chance, and less often by
+/// this factor from a surface that scatters widely: there the shadow rays have brought most of the light.
+constexpr float kWideRoulette = 1.5F;
+/// Per steradian: what is drawn with less was scattered widely (a matte surface has at most 1 / pi).
+constexpr float kWideDensity = 0.6F;
 /// How far rays start above a surface, as a share of its distance from the trace frame's origin plus 1 mm: some twenty
 /// roundings of a float.
 constexpr float kLift = 2e-6F;
@@ -38,14 +40,19 @@ struct PathTracer::Batch {
   std::span<const PathRequest> requests;
   std::vector<PathResult> results;
   std::vector<LightPath> paths;
-  std::vector<OpticalEvent> events;   // per path, if there are lenses
-  std::vector<std::uint32_t> active;  // paths on their way
-  std::vector<std::uint32_t> next;    // those that go on after this step
-  std::vector<TraceRay> rays;         // per active path
-  std::vector<TraceHit> hits;         // per active path
+  std::vector<OpticalEvent> events;      // of those active paths that meet a lens
+  std::vector<std::uint32_t> event_of;   // per active path: its event, or kNoEvent
+  std::vector<std::uint32_t> active;     // paths on their way
+  std::vector<std::uint32_t> next;       // those that go on after this step
+  std::vector<TraceRay> rays;            // per active path
+  std::vector<TraceHit> hits;            // per active path
+  std::vector<TraceSurface> surfaces;    // per active path, where it hit something
+  std::vector<Environment::Draw> draws;  // likewise: a direction of the environment's light
   std::vector<TraceRay> shadow_rays;
   std::vector<Shadow> shadows;         // per shadow ray
   std::vector<std::uint8_t> occluded;  // per shadow ray
+
+  static constexpr std::uint32_t kNoEvent = ~0U;
 
   /// Light that arrives; what is not finite (a bug elsewhere) must not spread over the picture.
   void Add(std::uint32_t result, const LinearRgb& light) {
@@ -122,11 +129,14 @@ void PathTracer::Start(Batch& batch) const {
   const std::size_t most = optics_.exist() ? 3 * count : count;
   batch.results.resize(count);
   batch.paths.reserve(most);
-  if (optics_.exist()) batch.events.resize(most);
+  if (optics_.exist()) batch.events.reserve(most);
+  batch.event_of.reserve(most);
   batch.active.reserve(most);
   batch.next.reserve(most);
   batch.rays.reserve(most);
   batch.hits.reserve(most);
+  batch.surfaces.reserve(most);
+  batch.draws.reserve(most);
   batch.shadow_rays.reserve(most * (1 + suns_.size()));
   batch.shadows.reserve(most * (1 + suns_.size()));
   batch.occluded.reserve(most * (1 + suns_.size()));
@@ -145,33 +155,56 @@ void PathTracer::Start(Batch& batch) const {
 
 void PathTracer::Extend(Batch& batch) const {
   batch.rays.clear();
+  batch.events.clear();
+  batch.event_of.clear();
   for (const std::uint32_t index : batch.active) {
     const LightPath& path = batch.paths[index];
-    float t_max = std::numeric_limits<float>::infinity();
-    if (optics_.exist()) {
-      batch.events[index] = optics_.Next(path);
-      t_max = batch.events[index].t;
-    }
-    batch.rays.push_back(path.Ray(t_max));
+    batch.rays.push_back(path.Ray(std::numeric_limits<float>::infinity()));
+    batch.event_of.push_back(Batch::kNoEvent);
+    if (!optics_.exist() || !scene_.MeetsAnyOptics(batch.rays.back())) continue;
+    const OpticalEvent event = optics_.Next(path);
+    if (!std::isfinite(event.t)) continue;
+    batch.rays.back().t_max = event.t;
+    batch.event_of.back() = static_cast<std::uint32_t>(batch.events.size());
+    batch.events.push_back(event);
   }
   batch.hits.resize(batch.rays.size());
   const bool from_eye = !batch.paths[batch.active.front()].has_scattered;
   scene_.Intersect(batch.rays, batch.hits, from_eye ? Coherence::kAlike : Coherence::kScattered);
+  LookUp(batch);
   for (std::size_t k = 0; k < batch.active.size(); ++k) {
     const std::uint32_t index = batch.active[k];
     LightPath& path = batch.paths[index];
     if (batch.hits[k].item != TraceHit::kNone) {
-      Scatter(index, batch.hits[k], batch);
-    } else if (optics_.exist() && std::isfinite(batch.events[index].t)) {
+      Scatter(k, batch);
+    } else if (batch.event_of[k] != Batch::kNoEvent) {
       if (!path.has_scattered) batch.results[path.result].through_lens = true;
-      if (std::optional<LightPath> mirrored = optics_.Pass(batch.events[index], path)) {
+      if (std::optional<LightPath> mirrored = optics_.Pass(batch.events[batch.event_of[k]], path)) {
         batch.next.push_back(static_cast<std::uint32_t>(batch.paths.size()));
         batch.paths.push_back(*mirrored);
       }
       if (!path.throughput.isZero(0.0F)) batch.next.push_back(index);
-    } else {
-      Escape(path, batch);
     }
+  }
+}
+
+void PathTracer::LookUp(Batch& batch) const {
+  const std::size_t count = batch.active.size();
+  batch.surfaces.resize(count);
+  batch.draws.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const LightPath& path = batch.paths[batch.active[k]];
+    if (batch.hits[k].item != TraceHit::kNone) batch.surfaces[k] = scene_.SurfaceAt(batch.hits[k], path.direction);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    if (batch.hits[k].item == TraceHit::kNone) continue;
+    const LightPath& path = batch.paths[batch.active[k]];
+    const Eigen::Vector2f uv = path.Pair(path_dimension::kScattering + 4 * path.bounces);
+    batch.draws[k] = environment_.Sample(uv.x(), uv.y());
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool escapes = batch.hits[k].item == TraceHit::kNone && batch.event_of[k] == Batch::kNoEvent;
+    if (escapes) Escape(batch.paths[batch.active[k]], batch);
   }
 }
 
@@ -191,11 +224,11 @@ void PathTracer::Escape(const LightPath& path, Batch& batch) const {
   batch.Add(path.result, weight * light);
 }
 
-void PathTracer::Scatter(std::uint32_t index, const TraceHit& hit, Batch& batch) const {
-  LightPath& path = batch.paths[index];
+void PathTracer::Scatter(std::size_t k, Batch& batch) const {
+  LightPath& path = batch.paths[batch.active[k]];
   if (path.bounces > static_cast<std::uint32_t>(options_.max_bounces)) return;
-  if (optics_.exist()) optics_.Absorb(hit.t, path);
-  const Scattering scattering(scene_.SurfaceAt(hit, path.direction), path.direction);
+  if (optics_.exist()) optics_.Absorb(batch.hits[k].t, path);
+  const Scattering scattering(batch.surfaces[k], path.direction);
   if (!path.has_scattered && !path.is_split_off) {
     PathResult& result = batch.results[path.result];
     result.is_mirrored = path.is_mirrored;
@@ -205,19 +238,18 @@ void PathTracer::Scatter(std::uint32_t index, const TraceHit& hit, Batch& batch)
       result.depth = camera_.DepthOf(scattering.surface.point);
     }
   }
-  DrawLights(path, scattering, batch);
-  if (DrawDirection(scattering, path)) batch.next.push_back(index);
+  DrawLights(path, scattering, batch.draws[k], batch);
+  if (DrawDirection(scattering, path)) batch.next.push_back(batch.active[k]);
 }
 
-void PathTracer::DrawLights(const LightPath& path, const Scattering& scattering, Batch& batch) const {
+void PathTracer::DrawLights(const LightPath& path, const Scattering& scattering, const Environment::Draw& draw,
+                            Batch& batch) const {
   const auto cast = [&](const Eigen::Vector3f& towards, const LinearRgb& light) {
     if (light.isZero(0.0F)) return;
     const bool outside = scattering.surface.geometric.dot(towards) > 0.0F;
     batch.shadow_rays.push_back({Lifted(scattering.surface, outside), 0.0F, towards});
     batch.shadows.push_back({path.throughput.cwiseProduct(light), path.result});
   };
-  const Eigen::Vector2f uv = path.Pair(path_dimension::kScattering + 4 * path.bounces);
-  const Environment::Draw draw = environment_.Sample(uv.x(), uv.y());
   if (draw.density > 0.0F) {
     const Eigen::Vector3f towards = light_from_trace_.transpose() * draw.direction;
     cast(towards, scattering.Share(towards, draw.density).cwiseProduct(draw.radiance) / draw.density);
@@ -233,7 +265,8 @@ bool PathTracer::DrawDirection(const Scattering& scattering, LightPath& path) co
   const Eigen::Vector2f choices = path.Pair(dimension + 2);
   const Bsdf::Draw draw = scattering.bsdf.Sample(scattering.out, choices.x(), uv.x(), uv.y());
   path.throughput = path.throughput.cwiseProduct(draw.weight);
-  const float chance = std::min(1.0F, path.throughput.maxCoeff() / kCertain);
+  const float kept = path.throughput.maxCoeff();
+  const float chance = std::min(1.0F, draw.density < kWideDensity ? kept / kWideRoulette : kept);
   if (!(choices.y() < chance) || !path.throughput.allFinite()) return false;
   path.throughput /= chance;
   path.direction = scattering.frame.ToWorld(draw.in);

@@ -54,10 +54,15 @@ class PathTracer {
   };
 
   void Start(Batch& batch) const;
+  /// One step of all active paths.
   void Extend(Batch& batch) const;
+  /// What the hits of a step are and what escaping paths see, in loops of their own: so the processor fetches far apart
+  /// memory of many paths at once instead of waiting for each.
+  void LookUp(Batch& batch) const;
   void Escape(const LightPath& path, Batch& batch) const;
-  void Scatter(std::uint32_t index, const TraceHit& hit, Batch& batch) const;
-  void DrawLights(const LightPath& path, const Scattering& scattering, Batch& batch) const;
+  void Scatter(std::size_t k, Batch& batch) const;
+  void DrawLights(const LightPath& path, const Scattering& scattering, const Environment::Draw& draw,
+                  Batch& batch) const;
   [[nodiscard]] bool DrawDirection(const Scattering& scattering, LightPath& path) const;
   void GatherShadows(Batch& batch) const;
 

@@ -295,8 +295,7 @@ TraceSurface TraceScene::SurfaceAt(const TraceHit& hit, const Eigen::Vector3f& d
   const float w = 1.0F - hit.u - hit.v;
   TraceSurface surface;
   surface.point = w * corner[0]->point + hit.u * corner[1]->point + hit.v * corner[2]->point;
-  surface.geometric =
-      (corner[1]->point - corner[0]->point).cross(corner[2]->point - corner[0]->point).stableNormalized();
+  surface.geometric = (corner[1]->point - corner[0]->point).cross(corner[2]->point - corner[0]->point).normalized();
   if (surface.geometric.dot(direction) > 0.0F) surface.geometric = -surface.geometric;
   surface.normal = w * corner[0]->normal + hit.u * corner[1]->normal + hit.v * corner[2]->normal;
   const float length = surface.normal.norm();

@@ -14,6 +14,7 @@
 #include "station/fit_scan.h"
 #include "station/key_file.h"
 #include "station/paper_picture.h"
+#include "station/place_table.h"
 #include "station/sway_report.h"
 
 namespace annulus {
@@ -80,66 +81,6 @@ struct EvalOptions {
   std::string out;
 };
 
-struct Place {
-  double theta_deg = 0.0;
-  double z = 0.0;
-};
-
-std::vector<std::string_view> Split(std::string_view line) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    const std::size_t comma = line.find(',');
-    fields.push_back(line.substr(0, comma));
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-std::optional<double> ParseNumber(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\r')) text.remove_suffix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
-/// Places of a table with the columns theta_deg and z_mm (any order, others ignored).
-Result<std::vector<Place>> ParsePlaces(std::string_view text, const std::string& name) {
-  std::vector<Place> places;
-  std::optional<std::size_t> theta_column;
-  std::optional<std::size_t> z_column;
-  std::size_t number = 0;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    ++number;
-    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    if (line.empty() || line.front() == '#') continue;
-    const std::vector<std::string_view> fields = Split(line);
-    const std::string where = "line " + std::to_string(number);
-    if (!theta_column) {
-      for (std::size_t k = 0; k < fields.size(); ++k) {
-        if (fields[k] == "theta_deg") theta_column = k;
-        if (fields[k] == "z_mm") z_column = k;
-      }
-      if (!theta_column || !z_column) {
-        return Fail("read " + name, where + ": no columns theta_deg and z_mm", "begin the table with 'theta_deg,z_mm'");
-      }
-      continue;
-    }
-    const std::size_t last = std::max(*theta_column, *z_column);
-    const auto theta = last < fields.size() ? ParseNumber(fields[*theta_column]) : std::nullopt;
-    const auto z = last < fields.size() ? ParseNumber(fields[*z_column]) : std::nullopt;
-    if (!theta || !z)
-      return Fail("read " + name, where + ": theta_deg and z_mm are not two numbers", "correct this line");
-    places.push_back({*theta, *z});
-  }
-  if (!theta_column) return Fail("read " + name, "it has no lines", "begin the table with 'theta_deg,z_mm'");
-  return places;
-}
-
 /// Shortest text that reads back to the same number.
 std::string Number(double value) {
   std::array<char, 40> text{};
@@ -147,7 +88,7 @@ std::string Number(double value) {
   return error == std::errc() ? std::string(text.data(), end) : std::string();
 }
 
-std::string EvalLine(const MeasuredSurface& body, const Place& place) {
+std::string EvalLine(const MeasuredSurface& body, const PlaceRow& place) {
   static constexpr std::array<const char*, 3> kNames{"unknown", "inferred", "measured"};
   const double theta = RadiansFromDegrees(place.theta_deg);
   const Knowledge knowledge = body.KnowledgeAt(theta, place.z);
@@ -167,7 +108,7 @@ Status RunEval(const EvalOptions& options, CommandIo& io) {
   if (!model) return Fail(model);
   const auto text = ReadTextFile(io.storage(), options.points);
   if (!text) return Fail(text);
-  const auto places = ParsePlaces(*text, options.points);
+  const auto places = ParsePlaceTable(*text, options.points, "");
   if (!places) return Fail(places);
   const auto body = MeasuredSurface::FromModel(*model);
   if (!body) return Fail(body);

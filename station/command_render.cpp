@@ -2,22 +2,20 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <map>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "render/colour_choice.h"
 #include "render/image_file.h"
 #include "station/commands.h"
 #include "station/contact_sheet.h"
-#include "station/files.h"
-#include "station/inside_map.h"
-#include "station/inside_view.h"
-#include "station/lens_choice.h"
-#include "station/pictures.h"
+#include "station/picture_maker.h"
+#include "station/picture_sources.h"
 #include "station/render_batch.h"
 #include "station/render_options.h"
-#include "station/worn_lenses.h"
+#include "station/turntable.h"
 
 namespace annulus {
 namespace {
@@ -26,42 +24,8 @@ struct RenderCommandOptions {
   RenderRequest picture;
   std::string batch;
   std::string json;
-};
-
-/// Models and worn glasses that were read, each once.
-class PictureSources {
- public:
-  explicit PictureSources(Storage& storage) : storage_(storage) {}
-
-  Result<PictureStudio*> StudioOf(const std::string& path) {
-    const auto known = studios_.find(path);
-    if (known != studios_.end()) return known->second.studio.get();
-    auto model = ReadModelFile(storage_, path);
-    if (!model) return Fail(model);
-    Source source;
-    source.model = std::make_unique<const SurfaceModel>(std::move(*model));
-    source.studio = std::make_unique<PictureStudio>(*source.model);
-    return studios_.emplace(path, std::move(source)).first->second.studio.get();
-  }
-
-  /// Null for an empty path.
-  Result<const GlassesSource*> WornOf(const std::string& path) {
-    if (path.empty()) return nullptr;
-    const auto known = worn_.find(path);
-    if (known != worn_.end()) return &known->second;
-    auto worn = ReadGlasses(storage_, path);
-    if (!worn) return Fail(worn);
-    return &worn_.emplace(path, std::move(*worn)).first->second;
-  }
-
- private:
-  struct Source {
-    std::unique_ptr<const SurfaceModel> model;
-    std::unique_ptr<PictureStudio> studio;  // borrows `model`
-  };
-  Storage& storage_;
-  std::map<std::string, Source> studios_;
-  std::map<std::string, GlassesSource> worn_;
+  std::string key_file;
+  std::string colour_chooser;
 };
 
 Status WriteImage(Storage& storage, const std::string& path, const RgbImage& image, ImagePlane plane) {
@@ -78,7 +42,7 @@ Status WritePicture(Storage& storage, const RenderRequest& request, const RgbIma
   return WriteImage(storage, request.depth, image, ImagePlane::kDepth);
 }
 
-nlohmann::ordered_json Report(const RenderRequest& request, const Picture& picture, double seconds) {
+nlohmann::ordered_json Report(const RenderRequest& request, const MadePicture& picture, double seconds) {
   const Camera& camera = picture.camera;
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (int row = 0; row < 3; ++row) {
@@ -90,8 +54,9 @@ nlohmann::ordered_json Report(const RenderRequest& request, const Picture& pictu
       {"model", request.model},
       {"view", request.view},
       {"method", request.method == RenderMethod::kTrace ? "trace" : "zbuffer"},
-      {"width", picture.image.width},
-      {"height", picture.image.height},
+      {"width", picture.frames.front().width},
+      {"height", picture.frames.front().height},
+      {"frames", picture.frames.size()},
       {"camera",
        {{"eye_mm", {camera.eye_in_station.x(), camera.eye_in_station.y(), camera.eye_in_station.z()}},
         {"camera_from_station", rows},
@@ -102,36 +67,9 @@ nlohmann::ordered_json Report(const RenderRequest& request, const Picture& pictu
   return report;
 }
 
-/// What the wearer sees, or what the lenses give in every direction of gaze.
-Result<Picture> TakeInside(const RenderRequest& request, const GlassesSource& worn, const SurfaceModel& model,
-                           const Look& look, const TaskContext& task) {
-  GlassesExportOptions order;
-  const auto kept = worn.worn ? KeptOrderOf(*worn.worn, request.worn) : Result<std::optional<KeptOrder>>(std::nullopt);
-  if (!kept) return Fail(kept);
-  if (*kept) {
-    order.prescription = (*kept)->order;
-    order.lenses = (*kept)->choice;
-  }
-  const auto glasses = InsideGlassesOf(worn, order);
-  if (!glasses) return Fail(glasses);
-  auto inside = InsideOptionsOf(request);
-  if (!inside) return Fail(inside);
-  InsideViewOptions options = std::move(*inside);
-  const auto lenses = WornLenses(worn, look.lens, request.worn);
-  if (!lenses) return Fail(lenses);
-  options.finish = lenses->lenses.front().finish;
-  options.frame = MaterialOf(look.upper);
-  auto image = request.inside_map ? DrawInsideMap(*glasses, options.eyes, options.gazes)
-                                  : DrawInsideView(*glasses, &model, options, task);
-  if (!image) return Fail(image);
-  Picture picture{std::move(*image), {}, glasses->notes};
-  picture.numbers = InsideReport(*glasses, options.eyes, options.gazes).dump();
-  return picture;
-}
-
-/// Draws and writes one picture.
-Result<Picture> RunPicture(const RenderRequest& request, PictureSources& sources, CommandIo& io,
-                           const TaskContext& task) {
+/// Makes and writes one picture.
+Result<MadePicture> RunPicture(const RenderRequest& request, PictureSources& sources, CommandIo& io,
+                               const TaskContext& task) {
   auto options = PictureOptionsOf(request, io.storage());
   if (!options) {
     io.set_failure_code(2);
@@ -143,19 +81,15 @@ Result<Picture> RunPicture(const RenderRequest& request, PictureSources& sources
       static_cast<void>(WriteImage(io.storage(), request.progressive, pass.image, ImagePlane::kColour));
     };
   }
-  const auto studio = sources.StudioOf(request.model);
-  if (!studio) return Fail(studio);
-  const auto worn = sources.WornOf(request.worn);
-  if (!worn) return Fail(worn);
-  auto picture = request.inside.empty() ? (*studio)->Take(*worn, request.worn, *options, task)
-                                        : TakeInside(request, **worn, (*studio)->model(), options->look, task);
-  if (!picture) return Fail(picture);
-  RETURN_IF_ERROR(WritePicture(io.storage(), request, picture->image));
-  return picture;
+  auto made = MakePicture(request, *options, sources, task);
+  if (!made) return Fail(made);
+  RETURN_IF_ERROR(request.turntable > 0 ? WriteTurntable(io.storage(), request.out, made->frames, {})
+                                        : WritePicture(io.storage(), request, made->frames.front()));
+  return made;
 }
 
 Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo& io) {
-  PictureSources sources(io.storage());
+  PictureSources sources(io.storage(), batch.key_file);
   ProgressDisplay display(io.progress_mode());
   nlohmann::ordered_json reports = nlohmann::ordered_json::array();
   std::vector<ContactTile> tiles;
@@ -176,7 +110,7 @@ Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo&
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     for (const std::string& note : picture->notes) std::fprintf(stderr, "annulus: note: %s\n", note.c_str());
     reports.push_back(Report(request, *picture, seconds));
-    if (!batch.sheet.out.empty()) tiles.push_back({std::move(picture->image), request.caption});
+    if (!batch.sheet.out.empty()) tiles.push_back({std::move(picture->frames.front()), request.caption});
   }
   if (!batch.sheet.out.empty()) {
     const auto sheet = ContactSheet(tiles, {.columns = batch.sheet.columns, .title = batch.sheet.title});
@@ -186,7 +120,20 @@ Status RunRequests(const RenderBatch& batch, const std::string& json, CommandIo&
   return json.empty() ? Status{} : io.WriteJson(json, {{"pictures", reports}});
 }
 
+/// The page that colours are chosen from (paper 000, fig. 23), with a mark at one.
+Status DrawColourChooser(const std::string& text, const std::string& out, CommandIo& io) {
+  const auto colour = ParseColourChoice(text);
+  const Status path =
+      out.empty() ? Fail("draw the colour chooser", "--out is missing", "say where it is to go") : CheckImagePath(out);
+  if (!colour || !path) {
+    io.set_failure_code(2);
+    return colour ? path : Status(Fail(colour));
+  }
+  return WriteImage(io.storage(), out, ColourChooser(*colour), ImagePlane::kColour);
+}
+
 Status RunRender(const RenderCommandOptions& options, CommandIo& io) {
+  if (!options.colour_chooser.empty()) return DrawColourChooser(options.colour_chooser, options.picture.out, io);
   RenderBatch batch;
   if (!options.batch.empty()) {
     const auto text = ReadTextFile(io.storage(), options.batch);
@@ -204,6 +151,7 @@ Status RunRender(const RenderCommandOptions& options, CommandIo& io) {
     }
     batch.pictures.push_back(options.picture);
   }
+  batch.key_file = options.key_file;
   return RunRequests(batch, options.json, io);
 }
 
@@ -215,7 +163,10 @@ void AddRenderCommand(CLI::App& app, CommandWork& chosen) {
   AddRenderOptions(*command, options->picture);
   command->add_option("--batch", options->batch, "many pictures in one process (docs/formats.md)")
       ->type_name("FILE.json");
+  command->add_option("--colour-chooser", options->colour_chooser, "draw the page that colours are chosen from instead")
+      ->type_name("COLOUR");
   AddJsonOption(*command, options->json);
+  AddKeyFileOption(*command, options->key_file);
   command->footer(
       "Example: annulus render model.json --worn worn.json --view left45 --method trace --out picture.png\n"
       "Colours: #rrggbb, sample:NAME, bar:0.4, rgb:120,60,20, each with ,brighter:0.2 ,vivid:-0.3 behind it.");

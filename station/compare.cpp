@@ -16,14 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kLevel = 0.05;  // of the family of all tests
-
-/// Both models say the same calibration by its hash.
-RingErrors RingErrorsOf(const Provenance& a, const Provenance& b) {
-  const bool same = !a.calibration_hash.empty() && a.calibration_hash == b.calibration_hash;
-  return same ? RingErrors::kCommon : RingErrors::kIndependent;
-}
-
 /// Variance of one scan's number as far as it is its own and not shared with the other scan.
 double OwnVariance(const Measurement& m, RingErrors ring) {
   const double all = m.value.sigma * m.value.sigma;
@@ -54,6 +46,11 @@ std::string_view RingText(RingErrors ring) {
 }
 
 }  // namespace
+
+RingErrors RingErrorsOf(const Provenance& a, const Provenance& b) {
+  const bool same = !a.calibration_hash.empty() && a.calibration_hash == b.calibration_hash;
+  return same ? RingErrors::kCommon : RingErrors::kIndependent;
+}
 
 std::vector<double> HolmCorrected(const std::vector<double>& p_values) {
   std::vector<std::size_t> order;
@@ -93,7 +90,7 @@ Comparison Compare(const ComparedScan& a, const ComparedScan& b) {
   const std::vector<double> corrected = HolmCorrected(p_values);
   for (std::size_t k = 0; k < corrected.size(); ++k) {
     comparison.differences[k].p_holm = corrected[k];
-    comparison.differences[k].significant = corrected[k] < kLevel;
+    comparison.differences[k].significant = corrected[k] < kComparisonLevel;
   }
   return comparison;
 }
@@ -119,7 +116,7 @@ Json ComparisonToJson(const Comparison& comparison) {
                            {"significant", is_tested ? Json(d.significant) : Json(nullptr)}});
   }
   return {{"ring_errors", comparison.ring == RingErrors::kCommon ? "common" : "independent"},
-          {"level", kLevel},
+          {"level", kComparisonLevel},
           {"tested", tested},
           {"differences", differences},
           {"not_comparable", comparison.not_comparable}};
@@ -144,8 +141,8 @@ std::string ComparisonToText(const Comparison& comparison) {
   for (const NamesOfReason& entry : GatherByReason(comparison.not_comparable)) {
     text += "not comparable, " + entry.reason + ": " + entry.names + "\n";
   }
-  return text + fmt::format("significant at {:g} over all differences (Holm); errors of the ring: {}\n", kLevel,
-                            RingText(comparison.ring));
+  return text + fmt::format("significant at {:g} over all differences (Holm); errors of the ring: {}\n",
+                            kComparisonLevel, RingText(comparison.ring));
 }
 
 }  // namespace annulus

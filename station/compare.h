@@ -22,6 +22,12 @@ enum class RingErrors {
   kIndependent,  ///< Different, or not known: they count twice.
 };
 
+/// kCommon if both models say the same calibration by its hash.
+[[nodiscard]] RingErrors RingErrorsOf(const Provenance& a, const Provenance& b);
+
+/// The level of all tests of a comparison together.
+inline constexpr double kComparisonLevel = 0.05;
+
 /// B minus A of one measurement.
 struct Difference {
   std::string id;

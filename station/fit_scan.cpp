@@ -110,13 +110,13 @@ std::vector<const SurfaceSegment*> SegmentOfSamples(const ScanFit& fit) {
   return segments;
 }
 
-/// Measured minus surface, mm, away from the segment's axis.
-double ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
-  const Eigen::Vector2d from_axis = sample.Point().head<2>() - segment.axis.At(sample.z);
-  return from_axis.norm() - segment.surface.Radius(WrapAngle(std::atan2(from_axis.y(), from_axis.x())), sample.z);
-}
-
 }  // namespace
+
+SampleResidual ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment) {
+  const Eigen::Vector2d from_axis = sample.Point().head<2>() - segment.axis.At(sample.z);
+  const double theta = WrapAngle(std::atan2(from_axis.y(), from_axis.x()));
+  return {theta, from_axis.norm() - segment.surface.Radius(theta, sample.z)};
+}
 
 namespace {
 
@@ -157,13 +157,15 @@ std::vector<ReferenceReading> ReadingsFromWall(const Scan& scan) {
 
 }  // namespace
 
+SwayEstimate SwayOf(const Scan& scan) { return EstimateSway(BuildSamples(scan), ReadingsFromWall(scan), {}); }
+
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context) {
   ScanFit result;
   std::string hashes;
   std::uint16_t first_sweep = 0;
   for (const Scan& scan : scans) {
     std::uint16_t sweeps = 0;
-    result.sway.push_back(EstimateSway(BuildSamples(scan), ReadingsFromWall(scan), {}));
+    result.sway.push_back(SwayOf(scan));
     for (SurfaceSample& sample : std::exchange(result.sway.back().corrected, {})) {
       sweeps = std::max<std::uint16_t>(sweeps, static_cast<std::uint16_t>(sample.sweep + 1));
       sample.sweep = static_cast<std::uint16_t>(sample.sweep + first_sweep);
@@ -277,7 +279,7 @@ Result<RgbImage> ResidualImage(const ScanFit& fit) {
         static_cast<Eigen::Index>(std::lround(s.theta / kTwoPi * static_cast<double>(kColumns))) % kColumns;
     const double down = (z_max - s.z) / height;  // row 0 is the top
     const auto row = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(down * static_cast<double>(rows)), 0, rows - 1);
-    sum(row, column) += ResidualOf(s, *segment_of[k]);
+    sum(row, column) += ResidualOf(s, *segment_of[k]).residual;
     count(row, column) += 1.0;
   }
   HeatMapStyle style;

@@ -20,6 +20,16 @@ struct ScanFit {
   FitResult fit;
 };
 
+/// The samples of a scan as they are fitted: moved back by the sway that was seen (`corrected`).
+[[nodiscard]] SwayEstimate SwayOf(const Scan& scan);
+
+/// How far a return is from the surface of a segment.
+struct SampleResidual {
+  double theta = 0.0;     ///< About the segment's axis, rad.
+  double residual = 0.0;  ///< Measured minus surface, away from the segment's axis, mm.
+};
+[[nodiscard]] SampleResidual ResidualOf(const SurfaceSample& sample, const SurfaceSegment& segment);
+
 /// Samples of one or more scans of the same person, fitted together; provenance filled in. Fails as FitBody.
 Result<ScanFit> FitScans(const std::vector<Scan>& scans, const FitOptions& options, const TaskContext& context);
 

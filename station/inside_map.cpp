@@ -40,7 +40,7 @@ const LinearRgb kEdge = LinearFromHex(0xa9aeb3);
 const LinearRgb kMark = LinearFromHex(0x0b7a3b);
 
 /// One row of maps.
-struct MappedQuantity {
+struct MapRow {
   std::string title;
   std::string unit;
   std::function<double(const FieldPoint&)> value;
@@ -84,7 +84,7 @@ EyeMap MapOf(const InsideEye& eye) {
 }
 
 /// The quantity at every pixel: between the grid's points, and exactly where one of them is not through the lens.
-std::vector<double> ValuesOf(const EyeMap& map, const MappedQuantity& quantity) {
+std::vector<double> ValuesOf(const EyeMap& map, const MapRow& quantity) {
   std::vector<double> values;
   values.reserve(map.paths.size());
   const FieldGrid& grid = map.field.grid;
@@ -134,7 +134,7 @@ class Sheet {
 };
 
 void DrawCells(Canvas& canvas, const Vector2d& corner, const EyeMap& map, const std::vector<double>& values,
-               const MappedQuantity& quantity) {
+               const MapRow& quantity) {
   for (int y = 0; y < kPanelHeight; ++y) {
     for (int x = 0; x < kPanelWidth; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * kPanelWidth + static_cast<std::size_t>(x);
@@ -245,11 +245,11 @@ void DrawAxes(Canvas& canvas, const Vector2d& corner, bool is_first) {
   canvas.Text("gaze [deg]", {corner.x() + 0.5 * kPanelWidth, far.y() + 32.0}, kSmallText, Anchor::kCentre);
   canvas.Text("to the right", {far.x() - 2.0, far.y() + 32.0}, kSmallText, Anchor::kRight);
   if (!is_first) return;
-  canvas.Text("up", {corner.x() - 8.0, corner.y() + 12.0}, kSmallText, Anchor::kRight);
-  canvas.Text("down", {corner.x() - 8.0, far.y() - 4.0}, kSmallText, Anchor::kRight);
+  canvas.Text("up", {corner.x() - 8.0, corner.y() + 3.0}, kSmallText, Anchor::kRight);
+  canvas.Text("down", {corner.x() - 8.0, far.y() + 8.0}, kSmallText, Anchor::kRight);
 }
 
-void DrawLegend(Canvas& canvas, double x, double y, const MappedQuantity& quantity) {
+void DrawLegend(Canvas& canvas, double x, double y, const MapRow& quantity) {
   const double height = kPanelHeight - 24.0;
   const double top = y + 24.0;
   canvas.Text(quantity.unit, {x, y + 12.0}, kSmallText, Anchor::kLeft);
@@ -271,7 +271,7 @@ void DrawLegend(Canvas& canvas, double x, double y, const MappedQuantity& quanti
 }
 
 /// A range that holds all of the finite values, a little wider.
-void FitRange(MappedQuantity& quantity, const std::vector<std::vector<double>>& columns, double least_span) {
+void FitRange(MapRow& quantity, const std::vector<std::vector<double>>& columns, double least_span) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (const std::vector<double>& values : columns) {
@@ -292,7 +292,7 @@ void FitRange(MappedQuantity& quantity, const std::vector<std::vector<double>>& 
   }
 }
 
-std::vector<MappedQuantity> Quantities() {
+std::vector<MapRow> Quantities() {
   const std::vector<double> steps{0.12, 0.25, 0.5, 1.0};
   std::vector<double> both = steps;
   for (const double step : steps) both.push_back(-step);
@@ -315,7 +315,7 @@ std::string EyeTitle(const InsideEye& eye) {
   return text;
 }
 
-void DrawQuantity(Sheet& sheet, std::size_t row, MappedQuantity quantity, const std::vector<EyeMap>& maps,
+void DrawQuantity(Sheet& sheet, std::size_t row, MapRow quantity, const std::vector<EyeMap>& maps,
                   const std::vector<Gaze>& marked) {
   Canvas& canvas = sheet.canvas();
   std::vector<std::vector<double>> columns;
@@ -360,7 +360,7 @@ Result<RgbImage> DrawInsideMap(const InsideGlasses& glasses, const std::vector<E
   for (const Eye eye : {Eye::kLeft, Eye::kRight}) {  // as the wearer has them
     if (std::find(eyes.begin(), eyes.end(), eye) != eyes.end()) maps.push_back(MapOf(glasses.of(eye)));
   }
-  const std::vector<MappedQuantity> quantities = Quantities();
+  const std::vector<MapRow> quantities = Quantities();
   Sheet sheet(maps.size(), quantities.size());
   sheet.canvas().Text("View from inside: what the wearer gets in every direction of gaze", {kLeftMargin, 24.0}, 0.6,
                       Anchor::kLeft);

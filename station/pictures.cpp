@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/units.h"
 #include "modeling/landmarks/face_points.h"
 #include "render/make_up.h"
 #include "station/lens_choice.h"
@@ -93,6 +94,7 @@ RenderOptions RasterOptions(const Shot& shot, const PictureOptions& options) {
   render.width = shot.width;
   render.height = shot.height;
   render.supersampling = options.supersampling;
+  render.lens_medium = options.lens_medium;
   if (options.background == PictureBackground::kNone) render.backdrop = {LinearRgb::Zero(), LinearRgb::Zero()};
   return render;
 }
@@ -114,6 +116,33 @@ TraceOptions TraceOptionsOf(const Shot& shot, const PictureOptions& options) {
 
 bool IsMadeUp(const MakeUp& make_up) {
   return make_up.lips.strength > 0.0 || make_up.cheeks.strength > 0.0 || make_up.brows.strength > 0.0;
+}
+
+/// Rings around the vertical line through the middle of `points`, as wide as they are at each height: what a camera
+/// must see that goes around them.
+std::vector<Eigen::Vector3d> Turned(const std::vector<Eigen::Vector3d>& points) {
+  constexpr int kRings = 40;
+  constexpr int kCorners = 48;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : points) box.extend(p);
+  if (box.isEmpty()) return points;
+  const Eigen::Vector3d middle = box.center();
+  std::vector<double> radius(kRings, 0.0);
+  const double step = std::max(1e-9, box.sizes().z() / (kRings - 1));
+  for (const Eigen::Vector3d& p : points) {
+    const auto ring = static_cast<std::size_t>(std::lround((p.z() - box.min().z()) / step));
+    radius[ring] = std::max(radius[ring], (p - middle).head<2>().norm());
+  }
+  std::vector<Eigen::Vector3d> turned;
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int corner = 0; corner < kCorners; ++corner) {
+      const double angle = kTwoPi * corner / kCorners;
+      const double r = radius[static_cast<std::size_t>(ring)];
+      turned.emplace_back(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle),
+                          box.min().z() + ring * step);
+    }
+  }
+  return turned;
 }
 
 /// What is worn, ready for one of the renderers.
@@ -183,10 +212,13 @@ struct PictureStudio::Cache {
   }
 
   /// Width : height of the picture. A wearer's is the same for all views: they are looked at side by side.
-  [[nodiscard]] double AspectOf(const GlassesSource* worn, const View& view) const {
+  [[nodiscard]] static double AspectOf(const GlassesSource* worn, const std::vector<Eigen::Vector3d>& points,
+                                       const View& view) {
     if (worn != nullptr) return kPortrait;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& p : points) box.extend(p);
     // A little air on the narrow side, so that nothing is cramped.
-    return std::min(kWidest, 1.12 * SeenAspect(BoundsOf(Scene{body, {}}), view));
+    return std::min(kWidest, 1.12 * SeenAspect(box, view));
   }
 
   /// The paper's way: head and frame apart, put together by depth, then the lenses.
@@ -266,7 +298,9 @@ Result<Picture> PictureStudio::Take(const GlassesSource* worn, const std::string
     if (!made) return Fail(made);
     glasses = std::move(*made);
   }
-  const auto shot = Aim(cache_->PointsOf(worn, glasses.frame), cache_->AspectOf(worn, options.view), options);
+  std::vector<Eigen::Vector3d> points = cache_->PointsOf(worn, glasses.frame);
+  if (options.framing == PictureFraming::kTurning) points = Turned(points);
+  const auto shot = Aim(points, cache_->AspectOf(worn, points, options.view), options);
   if (!shot) return Fail(shot);
   Skin skin{NeutralBodyMaterial(), options.look.make_up};
   if (worn != nullptr) {

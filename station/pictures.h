@@ -27,14 +27,22 @@ enum class PictureBackground {
   kEnvironment,  ///< What lights the scene; path tracer only.
 };
 
+/// How large the subject is in the picture.
+enum class PictureFraming {
+  kTight,    ///< As large as this view allows.
+  kTurning,  ///< As large as every view around allows: the same for all frames of a turntable.
+};
+
 /// How a picture is taken and what is worn looks like.
 struct PictureOptions {
   View view;
   int size = 720;  ///< Pixels of the longer side, 16 … kMaxImageSize.
   Look look;
+  PictureFraming framing = PictureFraming::kTight;
   RenderMethod method = RenderMethod::kZBuffer;
   PictureBackground background = PictureBackground::kBackdrop;
-  int supersampling = 2;  ///< Z-buffer: samples per pixel along each side, 1 … 8.
+  int supersampling = 2;                       ///< Z-buffer: samples per pixel along each side, 1 … 8.
+  LensMedium lens_medium = LensMedium::kThin;  ///< Z-buffer.
   // Path tracer only:
   LightPreset light = LightPreset::kStudio;
   int samples = 64;  ///< Paths per pixel.
@@ -49,7 +57,6 @@ struct Picture {
   RgbImage image;
   Camera camera;
   std::vector<std::string> notes{};  ///< One line each.
-  std::string numbers{};             ///< JSON of what the picture shows, if it shows numbers.
 };
 
 /// Takes pictures of one model. What they share is made once: meshes, the head's layer of a camera (paper 000, §5).

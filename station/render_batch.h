@@ -20,6 +20,7 @@ struct BatchSheet {
 struct RenderBatch {
   std::vector<RenderRequest> pictures;
   BatchSheet sheet;
+  std::string key_file;  ///< Of encrypted recordings; not in the file.
 };
 
 /// {"defaults": {…}, "pictures": [{…}, …], "sheet": {"out", "columns", "title"}}: each picture has the options of

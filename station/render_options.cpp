@@ -1,6 +1,9 @@
 #include "station/render_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "render/colour_choice.h"
@@ -31,6 +34,18 @@ const std::map<std::string, PictureBackground> kBackgrounds{{"backdrop", Picture
 
 const std::map<std::string, GazeSceneKind> kInsideScenes{{"shop", GazeSceneKind::kShop},
                                                          {"grid", GazeSceneKind::kGrid}};
+
+/// --map's words.
+const std::map<std::string, MapKind>& MapNames() {
+  static const std::map<std::string, MapKind> kNames = [] {
+    std::map<std::string, MapKind> names;
+    for (int k = 0; k <= static_cast<int>(MapKind::kValues); ++k) {
+      names.emplace(MapKindName(static_cast<MapKind>(k)), static_cast<MapKind>(k));
+    }
+    return names;
+  }();
+  return kNames;
+}
 
 /// An option that takes one of the names of a map.
 template <class Value, class Names>
@@ -64,6 +79,10 @@ void AddPictureOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--supersampling", request.supersampling, "zbuffer: samples per pixel along each side")
       ->check(CLI::Range(1, 8))
       ->capture_default_str()
+      ->group(group);
+  static const std::map<std::string, LensMedium> kMedia{{"thin", LensMedium::kThin}, {"filled", LensMedium::kFilled}};
+  AddChoice(command, "--lens-medium", request.lens_medium, kMedia,
+            "zbuffer: what lies behind a lens sheet: thin (default), or filled, as the paper says")
       ->group(group);
   command.add_option("--caption", request.caption, "text under the picture on the sheet of a batch")->group(group);
 }
@@ -135,6 +154,41 @@ void AddInsideOptions(CLI::App& command, RenderRequest& request) {
       ->group(group);
 }
 
+void AddMeasureOptions(CLI::App& command, RenderRequest& request) {
+  const std::string group = "Pictures that measure";
+  AddChoice(command, "--map", request.map, MapNames(),
+            "residual, curvature, gaussian, clearance, strain, knowledge, sigma, difference, values, ...")
+      ->group(group);
+  command.add_option("--range", request.range, "ends of the scale instead of what the map suggests")
+      ->type_name("A,B")
+      ->group(group);
+  command.add_option("--scan", request.scan, "recording, for --map residual")->type_name("SCAN")->group(group);
+  command.add_option("--against", request.against, "second model, for --map difference and strain")
+      ->type_name("MODEL.json")
+      ->group(group);
+  command.add_option("--values", request.values, "theta_deg,z_mm,value, for --map values")
+      ->type_name("F.csv")
+      ->group(group);
+  static const std::map<std::string, TapeChoice> kTapes{{"girths", TapeChoice::kGirths}, {"all", TapeChoice::kAll}};
+  AddChoice(command, "--tapes", request.tapes, kTapes, "girths, or all lines of the measurements, on the body")
+      ->group(group);
+  command.add_flag("--landmarks", request.landmarks, "landmarks on the body")->group(group);
+  command.add_flag("--unrolled", request.unrolled, "the map over theta and z instead of on the body")->group(group);
+  command.add_option("--beside", request.beside, "another model beside it, same view and scale")
+      ->type_name("MODEL.json")
+      ->group(group);
+  command.add_option("--beside-worn", request.beside_worn, "what the other wears; alone: on the same model")
+      ->type_name("WORN.json")
+      ->group(group);
+  command.add_option("--beside-scan", request.beside_scan, "the other's recording")->type_name("SCAN")->group(group);
+  command
+      .add_option("--turntable", request.turntable,
+                  "frames all around: --out F.webp, or a folder for PNG frames and animation")
+      ->check(CLI::Range(0, 720))
+      ->type_name("N")
+      ->group(group);
+}
+
 /// Takes over a colour if one was typed.
 Status Take(const std::string& text, LinearRgb& colour) {
   if (text.empty()) return {};
@@ -185,7 +239,44 @@ Status TakeFrame(const RenderRequest& request, Look& look) {
   return {};
 }
 
+/// File names that fit what is written to them.
+Status CheckOutputs(const RenderRequest& request) {
+  const bool film = request.turntable > 0;
+  const bool planes = !request.alpha.empty() || !request.depth.empty();
+  const bool plain = !film && !IsMeasuring(request) && request.inside.empty();
+  if (planes && !plain) return Fail("write alpha or depth", "only a plain picture has them", "leave them out");
+  for (const std::string& path :
+       {film ? std::string() : request.out, request.alpha, request.depth, request.progressive}) {
+    if (!path.empty()) RETURN_IF_ERROR(CheckImagePath(path));
+  }
+  return {};
+}
+
 }  // namespace
+
+bool IsMeasuring(const RenderRequest& request) {
+  return request.map || request.tapes || request.landmarks || request.unrolled || !request.beside.empty() ||
+         !request.beside_worn.empty();
+}
+
+Result<MeasurePictureOptions> MeasureOptionsOf(const RenderRequest& request) {
+  MeasurePictureOptions options;
+  options.map = request.map;
+  options.tapes = request.tapes.value_or(TapeChoice::kNone);
+  options.landmarks = request.landmarks ? LandmarkChoice::kAll : LandmarkChoice::kNone;
+  options.form = request.unrolled ? PictureForm::kUnrolled : PictureForm::kBody;
+  options.size = request.size;
+  if (!request.range.empty()) {
+    std::array<double, 2> range{};
+    int end = 0;
+    const bool read = std::sscanf(request.range.c_str(), "%lf,%lf%n", &range[0], &range[1], &end) == 2 &&
+                      end == static_cast<int>(request.range.size()) && std::isfinite(range[0]) &&
+                      std::isfinite(range[1]) && range[0] < range[1];
+    if (!read) return Fail("read the range '" + request.range + "'", "it is not two rising numbers", "give A,B");
+    options.range = range;
+  }
+  return options;
+}
 
 void AddRenderOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("model", request.model, "model");
@@ -193,6 +284,7 @@ void AddRenderOptions(CLI::App& command, RenderRequest& request) {
   AddPictureOptions(command, request);
   AddLookOptions(command, request);
   AddTraceOptions(command, request);
+  AddMeasureOptions(command, request);
   AddInsideOptions(command, request);
 }
 
@@ -210,8 +302,10 @@ Status CheckRequest(const RenderRequest& request) {
     const auto view = ParseView(request.view);
     if (!view) return Fail(view);
   }
-  for (const std::string& path : {request.out, request.alpha, request.depth, request.progressive}) {
-    if (!path.empty()) RETURN_IF_ERROR(CheckImagePath(path));
+  RETURN_IF_ERROR(CheckOutputs(request));
+  if (IsMeasuring(request)) {
+    const auto measure = MeasureOptionsOf(request);
+    if (!measure) return Fail(measure);
   }
   const bool traced = request.method == RenderMethod::kTrace;
   if (!traced && request.background == PictureBackground::kEnvironment) {
@@ -273,6 +367,7 @@ Result<PictureOptions> PictureOptionsOf(const RenderRequest& request, Storage& s
   options.method = request.method;
   options.background = request.background;
   options.supersampling = request.supersampling;
+  options.lens_medium = request.lens_medium;
   options.light = request.light;
   options.samples = request.samples;
   options.seed = request.seed;

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "base/storage.h"
 #include "station/inside_view.h"
+#include "station/measure_pictures.h"
 #include "station/pictures.h"
 
 namespace annulus {
@@ -25,12 +26,27 @@ struct RenderRequest {
   RenderMethod method = RenderMethod::kZBuffer;
   PictureBackground background = PictureBackground::kBackdrop;
   int supersampling = 2;
+  LensMedium lens_medium = LensMedium::kThin;
   LightPreset light = LightPreset::kStudio;
   int samples = 64;
   std::uint64_t seed = 0;
   bool no_denoise = false;
   bool dispersion = false;
   std::string progressive;  ///< A file that is replaced whenever the picture has become better.
+  int turntable = 0;        ///< Frames all around; 0: one picture.
+  std::string frames;       ///< Folder for the frames of a turntable, as PNG.
+  // Pictures that measure.
+  std::optional<MapKind> map;
+  std::string range;    ///< "A,B": ends of the scale.
+  std::string scan;     ///< For residuals.
+  std::string against;  ///< The second model of a difference or a strain.
+  std::string values;   ///< CSV of a map of one's own.
+  std::optional<TapeChoice> tapes;
+  bool landmarks = false;
+  bool unrolled = false;
+  std::string beside;       ///< A second model in the same picture.
+  std::string beside_worn;  ///< What it wears; alone: other glasses on the same model.
+  std::string beside_scan;
   // View from inside.
   std::string inside;  ///< "right", "left", "both"; empty: from outside.
   std::string gaze = "0,0";
@@ -67,6 +83,11 @@ void AddRenderOptions(CLI::App& command, RenderRequest& request);
 
 /// The look: LOOK.json, and over it what was typed. Fails on a file that cannot be read and a colour that is none.
 [[nodiscard]] Result<Look> LookOf(const RenderRequest& request, Storage& storage);
+
+/// Whether the picture is one that measures: a map, tapes, landmarks, or two side by side.
+[[nodiscard]] bool IsMeasuring(const RenderRequest& request);
+/// What a checked request for such a picture wants.
+[[nodiscard]] Result<MeasurePictureOptions> MeasureOptionsOf(const RenderRequest& request);
 
 /// What a checked request for a view from inside wants.
 [[nodiscard]] Result<InsideViewOptions> InsideOptionsOf(const RenderRequest& request);

@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPlanoBase = 4.0;  // D
+constexpr double kNoticed = 0.1;    // mm that the groove may leave the edge without a note
 
 /// The usual material of a power: thin enough to be sold so.
 const char* UsualMaterial(double power) {
@@ -192,7 +193,7 @@ Result<WornLensSet> WornLenses(const GlassesSource& source, const LensLook& look
     SolidLens lens = SolidOf(*design, LensOutlineOf(source.frame, design->eye), set.design.material, look);
     const LensSeat seat = SeatOf(source.frame, *design, BevelRule{}.width);
     lens.station_from_lens = station_from_frame * seat.frame_from_lens;
-    if (seat.edge_margin < 0.0) {
+    if (seat.edge_margin < -kNoticed) {
       set.notes.push_back(
           fmt::format("the curve of the {} lens (base {:.2f} D) does not follow its rim ({:.2f} D): the groove leaves "
                       "the lens' edge by "

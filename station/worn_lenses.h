@@ -32,7 +32,7 @@ struct LensSeat {
   /// An upright lens' (x, y, z) is (−x, z, y) of the rim's frame; the outline's origin is the rim's centre.
   Eigen::Isometry3d frame_from_lens = Eigen::Isometry3d::Identity();
   /// How far the bottom of the groove (of a rimless frame the middle of the mounts) is from leaving the lens' edge at
-  /// the nearest place, mm; negative: it has left it, the lens' curve does not follow the rim's.
+  /// the nearest place, mm; negative: it has left it, the lens' curve does not follow the rim's (a real rim is bent).
   double edge_margin = 0.0;
 };
 /// The seat that brings the bevel's mean into the groove, moved along the rim's normal by the least that keeps the

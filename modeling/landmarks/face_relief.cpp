@@ -123,7 +123,7 @@ Mouth FindMouth(const FaceRelief& relief, const FacePoints& face) {
   const std::optional<Crease> crease = FindCrease(profile);
   Mouth mouth;
   if (!crease) {
-    mouth.stomion = tip - 0.85 * nose;
+    mouth.stomion = tip - 0.9 * nose;
     mouth.half_breadth = {24.5 * scale, 24.5 * scale};
     mouth.upper_height = 6.5 * scale;
     mouth.lower_height = 8.5 * scale;

@@ -108,7 +108,7 @@ double SignedAstigmatism(const FieldPoint& point) {
   return std::abs(std::sin(point.axis)) < 0.5 ? -point.astigmatism : point.astigmatism;
 }
 
-TEST(LensField, TheBaseWithoutAstigmatismLiesOnTschernigsEllipse) {
+TEST(LensField, TheBaseWithoutAstigmatismLiesOnTscherningsEllipse) {
   // Third order, thin lens F = F1 + F2, centre of rotation 1/Z behind it, distant object. The angles of incidence of a
   // chief ray at height y are i1 = y(c1 − Z + F) and, behind the back, i2' = y(c2 − Z) with c = F/(n − 1); Coddington's
   // equations leave T − S = F·i2'² − F1(i2'² − i1²)/n². It is zero on

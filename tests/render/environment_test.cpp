@@ -49,7 +49,7 @@ double DrawnLight(const Environment& light, const Eigen::Vector3f& normal, int s
 }
 
 double SummedLight(const Environment& light, const Eigen::Vector3f& normal) {
-  return SphereIntegral(1200, 2400,
+  return SphereIntegral(1000, 2000,
                         [&](const Eigen::Vector3f& d) {
                           const float cosine = normal.dot(d);
                           return cosine > 0.0F ? cosine * LuminanceOf(light.Radiance(d)) : 0.0;
@@ -114,7 +114,7 @@ TEST(Environment, DensityOfEveryPresetIntegratesToOne) {
   for (const LightPreset preset : kPresets) {
     const Environment light = Environment::Preset(preset);
     const double integral =
-        SphereIntegral(1500, 3000, [&light](const Eigen::Vector3f& d) { return double{light.Density(d)}; });
+        SphereIntegral(1000, 2000, [&light](const Eigen::Vector3f& d) { return double{light.Density(d)}; });
     EXPECT_NEAR(integral, 1.0, 0.003) << static_cast<int>(preset);
   }
 }
@@ -183,8 +183,8 @@ TEST(Environment, DrawsFallIntoPatchesOfTheSkyAsTheDensitySays) {
   for (const LightPreset preset : kPresets) {
     const Environment light = Environment::Preset(preset);
     std::vector<double> expected(kHeights * kAzimuths, 0.0);
-    SphereIntegral(1600, 3200, [&](const Eigen::Vector3f& d) {
-      expected[patch_of(d)] += light.Density(d) * 4.0 * kPi / (1600.0 * 3200.0) * kDraws;
+    SphereIntegral(1000, 2000, [&](const Eigen::Vector3f& d) {
+      expected[patch_of(d)] += light.Density(d) * 4.0 * kPi / (1000.0 * 2000.0) * kDraws;
       return 0.0;
     });
     std::vector<double> seen(expected.size(), 0.0);

@@ -101,7 +101,7 @@ TEST(EyeView, TheNakedSharpEyeSeesTheGridWhereItIs) {
   const RgbImage image = Seen(EyeOf(0.0, 0.0), Before(std::nullopt), Options(600, 120, kWide, 16));
   for (const int k : {-2, -1, 1, 2}) {
     const double expected = k * 500.0 / kChartDistance;
-    EXPECT_NEAR(LineAt(image, kWide, expected, 0.02).middle, expected, 2e-4) << k;
+    EXPECT_NEAR(LineAt(image, kWide, expected, 0.012).middle, expected, 2e-4) << k;
   }
 }
 
@@ -114,8 +114,8 @@ TEST(EyeView, ALensMagnifiesByItsSpectacleMagnification) {
         Seen(EyeOf(0.0, power), Before(LensOf(base, power, 1.6, thickness)), Options(600, 120, kWide, 16));
     const double expected = 1.0 / ((1.0 - thickness / 1600.0 * base) * (1.0 - 0.015 * power));
     const double real = 500.0 / kChartDistance;
-    const double left = LineAt(image, kWide, -expected * real, 0.02).middle;
-    const double right = LineAt(image, kWide, expected * real, 0.02).middle;
+    const double left = LineAt(image, kWide, -expected * real, 0.012).middle;
+    const double right = LineAt(image, kWide, expected * real, 0.012).middle;
     EXPECT_NEAR(0.5 * (right - left) / real, expected, 0.01 * expected) << power;
   }
 }
@@ -128,7 +128,7 @@ TEST(EyeView, MinusMakesBarrelsAndPlusMakesPincushions) {
     const RgbImage image =
         Seen(EyeOf(0.0, power), Before(LensOf(base, power, 1.6, 3.0)), Options(1000, 120, field, 16));
     const auto ratio = [&](double real) { return LineAt(image, field, magnification * real, 0.03).middle / real; };
-    return ratio(2000.0 / kChartDistance) / ratio(500.0 / kChartDistance);
+    return ratio(2000.0 / kChartDistance) / ratio(1000.0 / kChartDistance);
   };
   EXPECT_LT(stretch(-6.0), 0.995);
   EXPECT_GT(stretch(5.0), 1.005);
@@ -137,7 +137,7 @@ TEST(EyeView, MinusMakesBarrelsAndPlusMakesPincushions) {
 TEST(EyeView, AnUncorrectedEyeBlursByPupilRadiusTimesError) {
   // A point becomes a disc of radius r = 2 mm · 1.988 D = 3.976 mrad (−2 D at the cornea is −1.988 D at the pupil, 3 mm
   // behind it); a disc's variance along one axis is r²/4. The lens takes it away.
-  const EyeViewOptions options = Options(600, 120, kWide, 256);
+  const EyeViewOptions options = Options(600, 110, kWide, 100);
   const double real = 500.0 / kChartDistance;
   const auto variance = [&](const SeeingEye& eye, const std::optional<SolidLens>& lens) {
     return LineAt(Seen(eye, Before(lens), options), kWide, real, 0.012).variance;

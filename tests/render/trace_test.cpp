@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 #include <string>
@@ -97,7 +98,7 @@ TEST(Trace, WhiteThingsVanishInAWhiteFurnace) {
         scene.lenses.push_back(RoundLens({-8.0, 48.0, 0.0}, LensCoating::kNone));
         scene.lenses.push_back(RoundLens({14.0, 55.0, 6.0}, LensCoating::kMirror));
       }
-      TraceOptions options = TrueLight(24, 64);
+      TraceOptions options = TrueLight(32, 256);
       options.max_bounces = 64;
       const LinearRgb mean = MeanOf(Traced(scene, CloseCamera(), Furnace(), options));
       for (int channel = 0; channel < 3; ++channel) {
@@ -122,7 +123,7 @@ Scene OpenBox(const Material& material) {
 
 TEST(Trace, ADeepWhiteBoxVanishesInAWhiteFurnaceIfPathsAreLongEnough) {
   Scene scene = OpenBox(White(Finish::kMatte, 1.0F));
-  TraceOptions options = TrueLight(24, 64);
+  TraceOptions options = TrueLight(24, 512);
   options.max_bounces = 64;
   Camera camera = FrontCamera(300.0, 36);
   camera.projection = Projection::kPerspective;
@@ -135,7 +136,7 @@ TEST(Trace, ADeepWhiteBoxVanishesInAWhiteFurnaceIfPathsAreLongEnough) {
   options.max_bounces = 1;
   const float cut = MeanOf(Traced(scene, camera, Furnace(), options))[1];
   EXPECT_LT(cut, 0.9F);
-  EXPECT_GT(cut, 0.2F);
+  EXPECT_GT(cut, 0.1F);
 }
 
 TEST(Trace, DispersionLeavesWhiteWhite) {
@@ -222,16 +223,22 @@ TEST(Trace, AlphaAndDepthAreThoseOfTheZBuffer) {
     raster.supersampling = 8;
     const RgbImage drawn = Render(scene, camera, raster, {}).value();
     double alpha_error = 0.0;
+    int compared = 0;
     for (std::size_t k = 0; k < drawn.alpha.size(); ++k) {
       alpha_error += std::abs(static_cast<double>(traced.alpha[k] - drawn.alpha[k])) / 3600.0;
-      if (drawn.alpha[k] == 1.0F) {
-        EXPECT_NEAR(traced.depth[k], drawn.depth[k], 2.0F);
+      const bool is_inside = k > 60 && k + 61 < drawn.depth.size();
+      // Where the depth changes little within the pixel, the nearest sample is much the same.
+      if (is_inside && drawn.alpha[k] == 1.0F && std::abs(drawn.depth[k - 1] - drawn.depth[k + 1]) < 2.0F &&
+          std::abs(drawn.depth[k - 60] - drawn.depth[k + 60]) < 2.0F) {
+        EXPECT_NEAR(traced.depth[k], drawn.depth[k], 1.5F);
+        ++compared;
       }
       if (drawn.alpha[k] == 0.0F) {
         EXPECT_LT(traced.alpha[k], 0.1F);
       }
     }
     EXPECT_LT(alpha_error, 0.002);
+    EXPECT_GT(compared, 200);
   }
 }
 
@@ -345,7 +352,7 @@ TEST(Trace, DenoisingBringsAFewSamplesCloserToManySamples) {
   ASSERT_TRUE(tracer.has_value());
   const Camera camera = FrontCamera(300.0, 100);
   TraceOptions options;
-  options.width = options.height = 100;
+  options.width = options.height = 64;
   options.threads = 1;
   options.samples = 512;
   options.denoising = Denoising::kOff;
@@ -495,6 +502,17 @@ TEST(Trace, NothingIsMissedWhereTheMaskOfThePictureSaysNothingIs) {
     EXPECT_EQ(all.alpha, masked.alpha);
     EXPECT_EQ(all.depth, masked.depth);
   }
+}
+
+TEST(Trace, TenMillionTrianglesRender) {
+  if (std::getenv("ANNULUS_LONG") == nullptr) GTEST_SKIP() << "takes half a minute and 4 GiB: set ANNULUS_LONG";
+  Scene scene;
+  scene.items.push_back(Item(SphereMesh({0.0, 0.0, 0.0}, 40.0, 3164), SkinMaterial()));
+  ASSERT_GT(scene.items[0].mesh.faces.size(), 10'000'000U);
+  TraceOptions options = TrueLight(64, 4);
+  const RgbImage image = Traced(scene, FrontCamera(300.0, 100), {}, options);
+  EXPECT_NEAR(image.depth[image.Index(32, 32)], 260.0F, 0.1F);
+  for (const LinearRgb& rgb : image.rgb) EXPECT_TRUE(rgb.allFinite() && rgb.minCoeff() >= 0.0F);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ class Render(ProgramTest):
             self.succeeds("glasses", "fit", "head.json", "--frame", "frame.json", "--size-free", "--out", "worn.json")
             self.succeeds("glasses", "fit", "head.json", "--frame", "frame.json", "--size-free", "--rx", "rx.json", "--out",
                           "minus.json")
-            Render.files = {name: self.read(name) for name in ("head.json", "worn.json", "minus.json")}
+            Render.files = {name: self.read(name) for name in ("head.json", "worn.json", "minus.json", "head.mcap")}
         for name, content in Render.files.items():
             self.write(name, content)
 
@@ -94,6 +94,47 @@ class Render(ProgramTest):
             minus = self.picture("--method", method, "--samples", "8", size=240, worn="minus.json").astype(int)
             self.assertGreater((abs(plano - minus).sum(axis=2) > 24).mean(), 0.005)
 
+    def test_maps_tapes_and_landmarks_report_their_range(self):
+        for options, key in ((("--map", "curvature"), "rms"), (("--map", "clearance", "--worn", "worn.json"), "least"),
+                             (("--map", "residual", "--scan", "head.mcap", "--unrolled"), "rms"), (("--map", "knowledge"), None),
+                             (("--map", "difference", "--against", "head.json", "--range", "-1,1"), "rms"),
+                             (("--map", "sigma", "--tapes", "girths", "--landmarks"), "mean")):
+            with self.subTest(options):
+                report = self.succeeds_json("render", "head.json", "--view", "left45", "--size", "200", "--out", "m.png", *options)
+                picture = read_png(self.read("m.png"))
+                self.assertGreater(len(numpy.unique(picture.reshape(-1, 3), axis=0)), 50)
+                if key:
+                    self.assertIn(key, report["pictures"][0]["numbers"])
+        # A model does not differ from itself.
+        report = self.succeeds_json("render", "head.json", "--view", "front", "--size", "200", "--out", "m.png", "--map",
+                                    "difference", "--against", "head.json", "--range", "-1,1")
+        self.assertEqual(report["pictures"][0]["numbers"]["rms"], 0)
+
+    def test_two_frames_side_by_side(self):
+        self.succeeds("render", "head.json", "--worn", "worn.json", "--beside-worn", "minus.json", "--view", "front", "--size",
+                      "200", "--out", "two.png")
+        picture = read_png(self.read("two.png"))
+        self.assertGreater(picture.shape[1], 1.5 * picture.shape[0])
+
+    def test_a_turntable_is_frames_and_an_animation(self):
+        self.succeeds("render", "head.json", "--worn", "worn.json", "--view", "front", "--size", "80", "--turntable", "6", "--out",
+                      "turn")
+        names = [name for name in self.listing() if name.startswith("turn/")]
+        self.assertEqual(sorted(names), [f"turn/frame_{k:03d}.png" for k in range(6)] + ["turn/turntable.webp"])
+        first, half = read_png(self.read("turn/frame_000.png")), read_png(self.read("turn/frame_003.png"))
+        self.assertEqual(first.shape, half.shape)
+        data = self.read("turn/turntable.webp")
+        self.assertEqual((data[:4], data[8:12], data.count(b"ANMF")), (b"RIFF", b"WEBP", 6))
+
+    def test_the_view_from_inside_has_its_numbers(self):
+        report = self.succeeds_json("render", "head.json", "--worn", "minus.json", "--inside", "both", "--gaze", "0,0;20,-10",
+                                    "--size", "160", "--out", "inside.png")
+        right = report["pictures"][0]["numbers"]["right"]["gaze"][0]
+        self.assertLess(abs(right["mean_error_d"]), 0.02)
+        self.assertLess(right["magnification_percent"], 0.0)
+        self.succeeds("render", "head.json", "--worn", "minus.json", "--inside", "right", "--inside-map", "--out", "map.png")
+        self.assertGreater(len(numpy.unique(read_png(self.read("map.png")).reshape(-1, 3), axis=0)), 100)
+
     def test_a_batch_draws_what_the_single_commands_draw(self):
         batch = {"defaults": {"model": "head.json", "worn": "worn.json", "size": 100},
                  "pictures": [{"view": "front", "out": "front.png", "caption": "front"},
@@ -116,6 +157,9 @@ class Render(ProgramTest):
         for arguments, naming in ((picture + ("--background", "environment"), ("trace",)),
                                   (picture + ("--frame-colour", "#12345"), ("#12345",)),
                                   (picture + ("--depth", "d.jpg"), ("d.jpg",)),
+                                  (picture + ("--map", "curvature", "--range", "2,1"), ("2,1",)),
+                                  (picture + ("--map", "curvature", "--depth", "d.png"), ("depth",)),
+                                  (picture + ("--inside", "both"), ("--worn",)),
                                   (("render", "head.json", "--view", "front"), ("--out",)),
                                   (("render", "head.json", "--out", "p.png"), ("--view",)),
                                   (("render", "--view", "front", "--out", "p.png"), ("model",))):

@@ -72,9 +72,16 @@ TEST(InsideView, TheLensSitsInItsRim) {
     const Eigen::Vector3d rim = eye == Eye::kRight ? source.frame.rim_centre_right() : source.frame.rim_centre_left();
     const Eigen::Vector3d in_lens = inside.lens_from_frame * rim;
     EXPECT_NEAR(in_lens.head<2>().norm(), 0.0, 1e-9);
-    // The rim's middle plane lies between the front's and the back's edge.
-    EXPECT_LT(in_lens.z(), inside.form.front.Sag(15.0, 0.0));
-    EXPECT_GT(in_lens.z(), inside.form.back.Sag(15.0, 0.0));
+    // The rim's plane lies half way between the front's and the back's edge, in the mean of all round.
+    double middle = 0.0;
+    const std::vector<double> radii = RadiiOf(inside.outline, 360);
+    for (std::size_t i = 0; i < radii.size(); ++i) {
+      const double around = RadiansFromDegrees(static_cast<double>(i));
+      const Eigen::Vector2d edge =
+          BoxOf(inside.outline).centre + radii[i] * Eigen::Vector2d(std::cos(around), std::sin(around));
+      middle += 0.5 * (inside.form.front.Sag(edge.x(), edge.y()) + inside.form.back.Sag(edge.x(), edge.y())) / 360.0;
+    }
+    EXPECT_NEAR(in_lens.z(), middle, 1e-6);
     EXPECT_NEAR(inside.lens_from_frame.linear().determinant(), 1.0, 1e-12);
     EXPECT_LT(inside.lens_from_frame.linear()(0, 0), -0.99);  // the wearer's right is the lens' −x
   }

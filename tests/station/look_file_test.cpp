@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
+#include <string>
+
 namespace annulus {
 namespace {
 
@@ -80,6 +84,15 @@ TEST(LookFile, NamesThePlaceOfWhatItRefuses) {
             std::string::npos);
   EXPECT_NE(Refusal(R"(, "make_up": {"eyes": {}})").find("'make_up.eyes'"), std::string::npos);
   EXPECT_NE(Refusal(R"(, "skin": null)").find("'skin' is missing or no text"), std::string::npos);
+}
+
+TEST(LookFile, TheExamplesOfTheDocumentationCanBeRead) {
+  for (const char* name : {"example1-2", "example3", "example4", "example5", "example6", "make-up"}) {
+    std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/rendering/" + name + ".json");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    const auto look = LookFromJson(text, name);
+    EXPECT_TRUE(look.has_value()) << (look ? "" : look.error().Text());
+  }
 }
 
 TEST(LookFile, RefusesWhatIsNoLook) {
