@@ -296,13 +296,10 @@ int main(int count, char** arguments) {
       points.insert(points.end(), theirs.begin(), theirs.end());
       all.push_back(InJson(contest, points));
       std::fprintf(stderr, "povray_peer: %s done\n", contest.name.c_str());
+      // After every scene, so that what was measured is kept whatever follows.
+      if (!out.empty()) std::ofstream(out) << nlohmann::json{{"trace_beside_povray", all}}.dump(1) << "\n";
     }
-    const std::string text = nlohmann::json{{"trace_beside_povray", all}}.dump(1) + "\n";
-    if (out.empty()) {
-      std::fputs(text.c_str(), stdout);
-    } else {
-      std::ofstream(out) << text;
-    }
+    if (out.empty()) std::puts(nlohmann::json{{"trace_beside_povray", all}}.dump(1).c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "povray_peer: %s\n", error.what());
     return 1;
