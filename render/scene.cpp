@@ -191,7 +191,15 @@ Result<Layer> Compose(const Layer& first, const Layer& second) {
   Layer composed;
   composed.window = Union(first.window, second.window);
   if (composed.window == first.window) {
-    composed = first;
+    composed.width = first.width;
+    composed.height = first.height;
+    composed.ambient = first.ambient;
+    // Copying is mostly the first touch of new memory: two planes at once.
+    ForEachBand(3, ThreadCount(0), {}, [&](int plane) {
+      if (plane == 0) composed.rgb = first.rgb;
+      if (plane == 1) composed.normal = first.normal;
+      if (plane == 2) composed.depth = first.depth;
+    });
   } else {
     composed.width = first.width;
     composed.height = first.height;
