@@ -86,12 +86,13 @@ void PaperJobTraced(benchmark::State& state) {
 }
 BENCHMARK(PaperJobTraced)->Arg(64)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// From the scene to the first picture that is shown (one sample per pixel, denoised).
+/// From the scene to the first picture that is shown: one sample per pixel, noisy (0) or denoised (1).
 void FirstFrameTraced(benchmark::State& state) {
   const Scene scene = PaperScene();
   const Camera camera = CameraOn(scene, "front");
   TraceOptions options;
   options.samples = 1;
+  options.denoising = state.range(0) == 1 ? Denoising::kOn : Denoising::kOff;
   for (auto unused : state) {
     const Result<Tracer> tracer = Tracer::Make(scene);
     const Result<RgbImage> image = tracer ? tracer->Trace(camera, {}, options, {}) : Fail(tracer);
@@ -99,7 +100,7 @@ void FirstFrameTraced(benchmark::State& state) {
     benchmark::DoNotOptimize(image);
   }
 }
-BENCHMARK(FirstFrameTraced)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(FirstFrameTraced)->ArgName("denoised")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The hierarchy alone, of 2·range² triangles.
 void BuildTracer(benchmark::State& state) {
