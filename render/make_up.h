@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "base/result.h"
-#include "fitting/spline_surface.h"
 #include "modeling/landmarks/face_points.h"
 #include "modeling/landmarks/face_relief.h"
 #include "modeling/landmarks/mid_plane.h"

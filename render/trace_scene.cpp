@@ -14,7 +14,6 @@
 namespace annulus {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// From this many faces on the hierarchy is built small rather than fast to use.
 constexpr std::size_t kManyFaces = 4'000'000;
 /// Boxes of lenses are this much larger than the lenses, mm: more than float rounds.
