@@ -71,7 +71,7 @@ std::vector<std::string> Command(const PovraySampling& sampling, const std::stri
                                     "-V",
                                     "-J"};
   if (sampling.threshold > 0.0) {
-    words.insert(words.end(), {"+AM2", fmt::format("+A{}", sampling.threshold), fmt::format("+R{}", sampling.depth),
+    words.insert(words.end(), {"+AM2", fmt::format("+A{:.6f}", sampling.threshold), fmt::format("+R{}", sampling.depth),
                                "Antialias_Gamma=2.2"});
   } else {
     words.emplace_back("-A");
