@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "render/bands.h"
+#include "render/check_scene.h"
 #include "render/rasterizer.h"
 #include "render/scene.h"
 
@@ -301,14 +302,12 @@ Result<MapPicture> RenderScalarMap(const std::vector<MapMesh>& meshes, const Map
   RETURN_IF_ERROR(CheckRequest(colours, camera, options));
   for (const MapMesh& item : meshes) RETURN_IF_ERROR(CheckMesh(item));
   const Prepared prepared = Prepare(meshes, camera);
-  PixelSamples grid;
-  grid.projection = camera.projection;
-  grid.half_height = camera.half_height;
-  grid.near_mm = camera.near_mm;
-  grid.width = options.width * options.supersampling;
-  grid.height = options.height * options.supersampling;
-  grid.supersampling = options.supersampling;
-  grid.threads = ThreadCount(options.threads);
+  RenderOptions size;
+  size.width = options.width;
+  size.height = options.height;
+  size.supersampling = options.supersampling;
+  size.threads = options.threads;
+  const PixelSamples grid = GridOf(camera, size);
   task.Report(kStage, 0.0, 3.0);
   const VisibilityBuffer seen = RasterizeNearest(prepared.mesh, grid, task.stop);
   task.Report(kStage, 1.0, 3.0);

@@ -194,11 +194,6 @@ Eigen::Vector3f PlaceOf(const Texture& texture, const Eigen::Vector3f& solid) {
 
 }  // namespace
 
-const std::array<std::string_view, 5>& TexturePatternNames() {
-  static constexpr std::array<std::string_view, 5> kNames = {"plain", "tortoiseshell", "horn", "pearl", "carved"};
-  return kNames;
-}
-
 LinearRgb TextureColour(const Texture& texture, const LinearRgb& ground, const Eigen::Vector3f& solid) {
   switch (texture.pattern) {
     case TexturePattern::kPlain:

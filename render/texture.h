@@ -1,9 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
-#include <string_view>
 
 #include "render/colour.h"
 
@@ -18,9 +16,6 @@ enum class TexturePattern {
   kPearl,          ///< Flakes of lighter and darker tone, as mother-of-pearl acetate.
   kCarved,         ///< Fine parallel lines, as an engraved or woven laminate.
 };
-
-/// "plain", "tortoiseshell", "horn", "pearl", "carved"; in the order of the enumeration.
-[[nodiscard]] const std::array<std::string_view, 5>& TexturePatternNames();
 
 /// A pattern and what it is laid with.
 struct Texture {

@@ -176,8 +176,7 @@ Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 Tracer::~Tracer() = default;
 
-Result<Tracer> Tracer::Make(const Scene& scene, int threads) {
-  static_cast<void>(threads);
+Result<Tracer> Tracer::Make(const Scene& scene) {
   for (const SceneItem& item : scene.items) RETURN_IF_ERROR(CheckItem(item));
   Result<std::unique_ptr<const TraceScene>> made = TraceScene::Make(scene);
   if (!made) return Fail(made);

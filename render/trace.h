@@ -37,8 +37,8 @@ struct TraceOptions {
   int height = 360;  ///< Pixels, 1 … kMaxImageSize.
   int samples = 64;  ///< Paths per pixel, 1 … 65536.
   std::uint64_t seed = 0;
-  int threads = 0;       ///< 0 means as many as the machine has. The picture does not depend on it.
-  int max_bounces = 8;   ///< Scatterings after the first surface, 0 … 64; passages through lenses are not counted.
+  int threads = 0;      ///< 0 means as many as the machine has. The picture does not depend on it.
+  int max_bounces = 8;  ///< Scatterings after the first surface, 0 … 64; passages through lenses are not counted.
   Denoising denoising = Denoising::kOn;
   Dispersion dispersion = Dispersion::kOff;
   ToneCurve tone_curve = ToneCurve::kSoft;
@@ -60,7 +60,7 @@ using TracePassSink = std::function<void(const TracePass& pass)>;
 class Tracer {
  public:
   /// Fails as RenderLayer does on what cannot be drawn, and on a lens whose surfaces or outline are not valid.
-  [[nodiscard]] static Result<Tracer> Make(const Scene& scene, int threads = 0);
+  [[nodiscard]] static Result<Tracer> Make(const Scene& scene);
   Tracer(Tracer&&) noexcept;
   Tracer& operator=(Tracer&&) noexcept;
   ~Tracer();

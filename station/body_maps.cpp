@@ -82,15 +82,6 @@ std::string_view MapKindName(MapKind kind) {
   return "";
 }
 
-Result<MapKind> ParseMapKind(std::string_view text) {
-  std::string all;
-  for (const NamedKind& named : kNames) {
-    if (named.name == text) return named.kind;
-    all += (all.empty() ? "" : ", ") + std::string(named.name);
-  }
-  return Fail("read a map's name", "'" + std::string(text) + "' is none", "give one of " + all);
-}
-
 BodyField CurvatureField(const MeasuredSurface& body, MapKind kind) {
   BodyField field;
   field.unit = "1/m";

@@ -33,8 +33,6 @@ enum class MapKind {
 
 /// "residual", "curvature", "gaussian", "largest-curvature", …: as --map takes it.
 [[nodiscard]] std::string_view MapKindName(MapKind kind);
-/// Fails on another word, saying all of them.
-[[nodiscard]] Result<MapKind> ParseMapKind(std::string_view text);
 
 /// A place of a model.
 struct BodyPlace {

@@ -14,6 +14,7 @@
 #include "base/ensure.h"
 #include "modeling/glasses/json_reader.h"
 #include "render/colour_choice.h"
+#include "station/look_words.h"
 
 namespace annulus {
 namespace {
@@ -23,20 +24,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "annulus-look";
 constexpr int kVersion = 1;
 constexpr const char* kAdvice = "see LOOK.json in docs/formats.md";
-
-/// A word of the file and what it stands for.
-template <class Value>
-struct Word {
-  std::string_view word;
-  Value value;
-};
-constexpr std::array<Word<Finish>, 4> kMaterials = {{{"plastic", Finish::kPlastic},
-                                                     {"translucent", Finish::kTranslucent},
-                                                     {"metal", Finish::kMetal},
-                                                     {"brushed", Finish::kBrushed}}};
-constexpr std::array<Word<LensCoating>, 3> kCoatings = {{{"none", LensCoating::kNone},
-                                                         {"anti_reflective", LensCoating::kAntiReflective},
-                                                         {"mirror", LensCoating::kMirror}}};
 
 template <class Value, std::size_t kCount>
 std::string WordOf(const std::array<Word<Value>, kCount>& words, Value value) {
@@ -118,11 +105,6 @@ class Optional {
   Status status_;
 };
 
-constexpr std::array<Word<TexturePattern>, 5> kPatterns = {{{"plain", TexturePattern::kPlain},
-                                                            {"tortoiseshell", TexturePattern::kTortoiseshell},
-                                                            {"horn", TexturePattern::kHorn},
-                                                            {"pearl", TexturePattern::kPearl},
-                                                            {"carved", TexturePattern::kCarved}}};
 constexpr Range kShare{0.0, 1.0};
 constexpr Range kScales{0.1, 10.0};
 constexpr Range kPowers{-30.0, 30.0};
@@ -132,7 +114,7 @@ Result<Texture> ReadTexture(const JsonReader& reader, const Json& object) {
   RETURN_IF_ERROR(reader.OnlyKeys(object, {"pattern", "scale", "seed", "second"}));
   Texture texture;
   Optional read(reader, object);
-  texture.pattern = read.OneOf("pattern", kPatterns, texture.pattern);
+  texture.pattern = read.OneOf("pattern", kPatternWords, texture.pattern);
   texture.scale = static_cast<float>(read.Number("scale", kScales, static_cast<double>(texture.scale)));
   const double seed = read.Number("seed", kSeeds, texture.seed);
   texture.second = read.Colour("second", texture.second);
@@ -148,7 +130,7 @@ Result<PartLook> ReadPart(const JsonReader& reader, const Json& object) {
   PartLook part;
   Optional read(reader, object);
   part.colour = read.Colour("colour", part.colour);
-  part.finish = read.OneOf("material", kMaterials, part.finish);
+  part.finish = read.OneOf("material", kMaterialWords, part.finish);
   const Json* const texture_object = read.Object("texture");
   RETURN_IF_ERROR(read.status());
   if (texture_object != nullptr) {
@@ -167,7 +149,7 @@ Result<LensLook> ReadLens(const JsonReader& reader, const Json& object) {
   lens.tint = read.Colour("tint", lens.tint);
   lens.transmittance = read.Number("transmittance", kShare, lens.transmittance);
   lens.lower_transmittance = read.Number("lower_transmittance", kShare, lens.transmittance);
-  lens.coating = read.OneOf("coating", kCoatings, lens.coating);
+  lens.coating = read.OneOf("coating", kCoatingWords, lens.coating);
   lens.mirror = read.Colour("mirror_colour", lens.mirror);
   lens.power = read.Number("power_d", kPowers, lens.power);
   RETURN_IF_ERROR(read.status());
@@ -218,9 +200,9 @@ double ShortestDecimal(float value) {
 Json PartToJson(const PartLook& part) {
   const Texture& texture = part.texture;
   return {{"colour", ColourText(part.colour)},
-          {"material", WordOf(kMaterials, part.finish)},
+          {"material", WordOf(kMaterialWords, part.finish)},
           {"texture",
-           {{"pattern", WordOf(kPatterns, texture.pattern)},
+           {{"pattern", WordOf(kPatternWords, texture.pattern)},
             {"scale", ShortestDecimal(texture.scale)},
             {"seed", texture.seed},
             {"second", ColourText(texture.second)}}}};
@@ -235,7 +217,7 @@ std::string LookToJson(const Look& look) {
   root["lens"] = {{"tint", ColourText(look.lens.tint)},
                   {"transmittance", look.lens.transmittance},
                   {"lower_transmittance", look.lens.lower_transmittance},
-                  {"coating", WordOf(kCoatings, look.lens.coating)},
+                  {"coating", WordOf(kCoatingWords, look.lens.coating)},
                   {"mirror_colour", ColourText(look.lens.mirror)},
                   {"power_d", look.lens.power}};
   root["skin"] = ColourText(look.skin);

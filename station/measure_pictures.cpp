@@ -67,10 +67,10 @@ Result<BodyField> FieldOf(MapKind kind, const PictureSubject& subject, const Map
 
 /// The frame without values.
 Result<std::vector<MapMesh>> PlainFrame(const WornFrame& worn) {
-  const auto items = FrameItems(worn, {});
-  if (!items) return Fail(items);
+  const auto frame = BuildWornFrame(worn);
+  if (!frame) return Fail(frame);
   std::vector<MapMesh> meshes;
-  for (const SceneItem& item : *items) {
+  for (const SceneItem& item : FrameItems(*frame, worn.station_from_frame, {})) {
     meshes.push_back({item.mesh, item.normals, {}, {}, kPlainFrame});
   }
   return meshes;

@@ -86,23 +86,19 @@ std::vector<SceneItem> LimbItems(const SurfaceModel& model, const Material& mate
   return items;
 }
 
-Result<std::vector<SceneItem>> FrameItems(const WornFrame& worn, const Look& look) {
-  const auto frame = BuildWornFrame(worn);
-  if (!frame) return Fail(frame);
+std::vector<SceneItem> FrameItems(const Frame& frame, const Eigen::Isometry3d& station_from_frame, const Look& look) {
   std::vector<SceneItem> items;
-  for (const FrameMesh& part : TessellateFrameParts(*frame, kShellSteps)) {
-    items.push_back(Placed(part, worn.station_from_frame, MaterialOf(look.upper)));
+  for (const FrameMesh& part : TessellateFrameParts(frame, kShellSteps)) {
+    items.push_back(Placed(part, station_from_frame, MaterialOf(look.upper)));
     items.back().lower = MaterialOf(look.lower);
   }
   return items;
 }
 
-Result<std::vector<SceneItem>> SheetItems(const WornFrame& worn, const LensLook& look,
-                                          const std::array<double, 2>& powers) {
-  const auto frame = BuildWornFrame(worn);
-  if (!frame) return Fail(frame);
+std::vector<SceneItem> SheetItems(const Frame& frame, const Eigen::Isometry3d& station_from_frame, const LensLook& look,
+                                  const std::array<double, 2>& powers) {
   std::vector<SceneItem> items;
-  for (const FrameMesh& lens : TessellateLenses(*frame, kSheetSteps)) {
+  for (const FrameMesh& lens : TessellateLenses(frame, kSheetSteps)) {
     double top = lens.mesh.vertices.front().z();
     double bottom = top;
     for (const Eigen::Vector3d& p : lens.mesh.vertices) {
@@ -111,7 +107,7 @@ Result<std::vector<SceneItem>> SheetItems(const WornFrame& worn, const LensLook&
     }
     Material material = SheetMaterialOf(look, top, bottom);
     material.lens_power = static_cast<float>(powers[items.empty() ? 0 : 1]);
-    items.push_back(Placed(lens, worn.station_from_frame, material));
+    items.push_back(Placed(lens, station_from_frame, material));
   }
   return items;
 }

@@ -73,6 +73,7 @@ Result<Shot> Aim(const std::vector<Eigen::Vector3d>& points, double aspect, cons
 struct Skin {
   Material material;
   MakeUp make_up{};
+  std::optional<FacePoints> face{};  ///< Where the make-up lies; nothing without any.
 };
 
 /// Numbers that decide a layer of the head: it is reused while they are the same.
@@ -85,6 +86,12 @@ std::vector<double> KeyOf(const Shot& shot, const PictureOptions& options, const
   for (int k = 0; k < 3; ++k) key.push_back(skin.material.colour[k]);
   for (const MakeUpLayer* layer : {&skin.make_up.lips, &skin.make_up.cheeks, &skin.make_up.brows}) {
     key.insert(key.end(), {layer->colour[0], layer->colour[1], layer->colour[2], layer->strength});
+  }
+  if (skin.face) {
+    for (const NamedFacePoint& point : FacePointNames()) {
+      const Eigen::Vector3d& p = ((*skin.face).*point.member).position;
+      key.insert(key.end(), {p.x(), p.y(), p.z()});
+    }
   }
   return key;
 }
@@ -171,10 +178,9 @@ Result<Glasses> GlassesOf(const GlassesSource& source, const std::string& name, 
     return Fail("draw " + name + " on a head", "nobody wears it: the file is a design",
                 "put it on the head first, with 'annulus glasses fit'");
   }
+  const Eigen::Isometry3d& station_from_frame = source.worn->worn.station_from_frame;
   Glasses glasses;
-  auto frame = FrameItems(source.worn->worn, options.look);
-  if (!frame) return Fail(frame);
-  glasses.frame = std::move(*frame);
+  glasses.frame = FrameItems(source.frame, station_from_frame, options.look);
   if (options.method == RenderMethod::kTrace) {
     auto lenses = WornLenses(source, options.look.lens, name);
     if (!lenses) return Fail(lenses);
@@ -184,9 +190,7 @@ Result<Glasses> GlassesOf(const GlassesSource& source, const std::string& name, 
   }
   const auto powers = PowersOf(*source.worn, name, options.look.lens);
   if (!powers) return Fail(powers);
-  auto sheets = SheetItems(source.worn->worn, options.look.lens, *powers);
-  if (!sheets) return Fail(sheets);
-  glasses.sheets = std::move(*sheets);
+  glasses.sheets = SheetItems(source.frame, station_from_frame, options.look.lens, *powers);
   return glasses;
 }
 
@@ -251,16 +255,17 @@ struct PictureStudio::Cache {
     std::vector<double> key;
     Layer layer;
   };
+  const SurfaceModel& model;    ///< The studio's.
   std::vector<SceneItem> body;  ///< The model's own items; only their material changes.
   std::deque<HeadLayer> layers;
-  std::optional<MakeUpZones> zones;  ///< Once make-up was asked for.
 
   /// The body as it is shown.
   [[nodiscard]] std::vector<SceneItem> BodyIn(const Skin& skin) const {
     std::vector<SceneItem> items = body;
     for (SceneItem& item : items) item.material = skin.material;
-    if (zones) {
-      items.front().colours = MakeUpColours(*zones, skin.make_up, skin.material.colour, items.front().mesh.vertices);
+    if (skin.face) {
+      const MakeUpZones zones = MakeUpZones::On(model.main().surface, *skin.face);
+      items.front().colours = MakeUpColours(zones, skin.make_up, skin.material.colour, items.front().mesh.vertices);
     }
     return items;
   }
@@ -283,7 +288,8 @@ struct PictureStudio::Cache {
   }
 };
 
-PictureStudio::PictureStudio(const SurfaceModel& model) : model_(model), cache_(std::make_unique<Cache>()) {
+PictureStudio::PictureStudio(const SurfaceModel& model)
+    : model_(model), cache_(std::make_unique<Cache>(Cache{model, {}, {}})) {
   cache_->body.push_back(ModelItem(model, NeutralBodyMaterial()));
   for (SceneItem& limb : LimbItems(model, NeutralBodyMaterial())) cache_->body.push_back(std::move(limb));
 }
@@ -302,16 +308,16 @@ Result<Picture> PictureStudio::Take(const GlassesSource* worn, const std::string
   if (options.framing == PictureFraming::kTurning) points = Turned(points);
   const auto shot = Aim(points, cache_->AspectOf(worn, points, options.view), options);
   if (!shot) return Fail(shot);
-  Skin skin{NeutralBodyMaterial(), options.look.make_up};
+  Skin skin{NeutralBodyMaterial(), options.look.make_up, {}};
   if (worn != nullptr) {
     skin.material = SkinMaterial();
     skin.material.colour = options.look.skin;
   }
-  if (IsMadeUp(skin.make_up) && !cache_->zones) {
+  if (IsMadeUp(skin.make_up)) {
     const auto face =
         worn == nullptr ? FindFacePoints(model_.main().surface) : Result<FacePoints>(worn->worn->worn.face);
     if (!face) return Fail(face);
-    cache_->zones = MakeUpZones::On(model_.main().surface, *face);
+    skin.face = *face;
   }
   auto image = options.method == RenderMethod::kTrace ? cache_->Trace(*shot, glasses, skin, options, task)
                                                       : cache_->Compose(*shot, glasses, skin, options, task);

@@ -9,42 +9,39 @@
 #include "render/colour_choice.h"
 #include "render/image_file.h"
 #include "station/look_file.h"
+#include "station/look_words.h"
 
 namespace annulus {
 namespace {
 
 const std::map<std::string, RenderMethod> kMethods{{"zbuffer", RenderMethod::kZBuffer},
                                                    {"trace", RenderMethod::kTrace}};
-const std::map<std::string, Finish> kMaterials{{"plastic", Finish::kPlastic},
-                                               {"translucent", Finish::kTranslucent},
-                                               {"metal", Finish::kMetal},
-                                               {"brushed", Finish::kBrushed}};
-const std::map<std::string, TexturePattern> kTextures{{"plain", TexturePattern::kPlain},
-                                                      {"tortoiseshell", TexturePattern::kTortoiseshell},
-                                                      {"horn", TexturePattern::kHorn},
-                                                      {"pearl", TexturePattern::kPearl},
-                                                      {"carved", TexturePattern::kCarved}};
-const std::map<std::string, LensCoating> kCoatings{
-    {"none", LensCoating::kNone}, {"ar", LensCoating::kAntiReflective}, {"mirror", LensCoating::kMirror}};
-const std::map<std::string, LightPreset> kLights{
-    {"studio", LightPreset::kStudio}, {"shop", LightPreset::kShop}, {"daylight", LightPreset::kDaylight}};
 const std::map<std::string, PictureBackground> kBackgrounds{{"backdrop", PictureBackground::kBackdrop},
                                                             {"none", PictureBackground::kNone},
                                                             {"environment", PictureBackground::kEnvironment}};
 
-const std::map<std::string, GazeSceneKind> kInsideScenes{{"shop", GazeSceneKind::kShop},
-                                                         {"grid", GazeSceneKind::kGrid}};
+/// Words as CLI11 takes them.
+template <class Value, std::size_t kCount>
+std::map<std::string, Value> ByWord(const std::array<Word<Value>, kCount>& words) {
+  std::map<std::string, Value> names;
+  for (const Word<Value>& word : words) names.emplace(word.word, word.value);
+  return names;
+}
+/// Names in the order of an enumeration.
+template <class Value, std::size_t kCount>
+std::map<std::string, Value> ByName(const std::array<std::string_view, kCount>& ordered) {
+  std::map<std::string, Value> names;
+  for (std::size_t k = 0; k < kCount; ++k) names.emplace(ordered[k], static_cast<Value>(k));
+  return names;
+}
 
 /// --map's words.
-const std::map<std::string, MapKind>& MapNames() {
-  static const std::map<std::string, MapKind> kNames = [] {
-    std::map<std::string, MapKind> names;
-    for (int k = 0; k <= static_cast<int>(MapKind::kValues); ++k) {
-      names.emplace(MapKindName(static_cast<MapKind>(k)), static_cast<MapKind>(k));
-    }
-    return names;
-  }();
-  return kNames;
+std::map<std::string, MapKind> MapNames() {
+  std::map<std::string, MapKind> names;
+  for (int k = 0; k <= static_cast<int>(MapKind::kValues); ++k) {
+    names.emplace(MapKindName(static_cast<MapKind>(k)), static_cast<MapKind>(k));
+  }
+  return names;
 }
 
 /// An option that takes one of the names of a map.
@@ -89,7 +86,9 @@ void AddPictureOptions(CLI::App& command, RenderRequest& request) {
 
 void AddTraceOptions(CLI::App& command, RenderRequest& request) {
   const std::string group = "Path tracer";
-  AddChoice(command, "--light", request.light, kLights, "studio (default), shop, or daylight")->group(group);
+  AddChoice(command, "--light", request.light, ByName<LightPreset>(LightPresetNames()),
+            "studio (default), shop, or daylight")
+      ->group(group);
   command.add_option("--samples", request.samples, "paths per pixel")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str()
@@ -111,13 +110,15 @@ void AddLookOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--frame-colour", request.frame_colour, "of both halves")->type_name(colour)->group(group);
   command.add_option("--upper-colour", request.upper_colour, "of the upper half")->type_name(colour)->group(group);
   command.add_option("--lower-colour", request.lower_colour, "of the lower half")->type_name(colour)->group(group);
-  AddChoice(command, "--frame-material", request.frame_material, kMaterials, "plastic, translucent, metal, brushed")
+  AddChoice(command, "--frame-material", request.frame_material, ByWord(kMaterialWords),
+            "plastic, translucent, metal, brushed")
       ->group(group);
-  AddChoice(command, "--upper-material", request.upper_material, kMaterials, "likewise")->group(group);
-  AddChoice(command, "--lower-material", request.lower_material, kMaterials, "likewise")->group(group);
-  AddChoice(command, "--upper-texture", request.upper_texture, kTextures, "plain, tortoiseshell, horn, pearl, carved")
+  AddChoice(command, "--upper-material", request.upper_material, ByWord(kMaterialWords), "likewise")->group(group);
+  AddChoice(command, "--lower-material", request.lower_material, ByWord(kMaterialWords), "likewise")->group(group);
+  AddChoice(command, "--upper-texture", request.upper_texture, ByWord(kPatternWords),
+            "plain, tortoiseshell, horn, pearl, carved")
       ->group(group);
-  AddChoice(command, "--lower-texture", request.lower_texture, kTextures, "likewise")->group(group);
+  AddChoice(command, "--lower-texture", request.lower_texture, ByWord(kPatternWords), "likewise")->group(group);
   command.add_option("--lens-colour", request.lens_colour, "of the lenses' dye")->type_name(colour)->group(group);
   command.add_option("--lens-transmittance", request.lens_transmittance, "share of the light that the lenses pass")
       ->check(CLI::Range(0.0, 1.0))
@@ -125,7 +126,8 @@ void AddLookOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--lens-lower-transmittance", request.lens_lower_transmittance, "at the lower edge: a gradient")
       ->check(CLI::Range(0.0, 1.0))
       ->group(group);
-  AddChoice(command, "--lens-coating", request.lens_coating, kCoatings, "none, ar, or mirror")->group(group);
+  AddChoice(command, "--lens-coating", request.lens_coating, ByWord(kCoatingWords), "none, anti_reflective, or mirror")
+      ->group(group);
   command.add_option("--lens-power", request.lens_power, "D, where WORN.json keeps no prescription")
       ->check(CLI::Range(-30.0, 30.0))
       ->group(group);
@@ -147,7 +149,9 @@ void AddInsideOptions(CLI::App& command, RenderRequest& request) {
       ->group(group);
   command.add_flag("--inside-map", request.inside_map, "power and astigmatism over the lens instead of the view")
       ->group(group);
-  AddChoice(command, "--inside-scene", request.inside_scene, kInsideScenes, "shop (default), or grid")->group(group);
+  AddChoice(command, "--inside-scene", request.inside_scene, ByName<GazeSceneKind>(GazeSceneNames()),
+            "shop (default), or grid")
+      ->group(group);
   command.add_option("--pupil-mm", request.pupil_mm, "diameter of the pupil; 0: all sharp")
       ->check(CLI::Range(0.0, 9.0))
       ->capture_default_str()
