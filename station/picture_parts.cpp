@@ -60,6 +60,7 @@ SceneItem Placed(const FrameMesh& part, const Eigen::Isometry3d& station_from_fr
     item.mesh.vertices.push_back(station_from_frame * p);
     item.solid.push_back(p.cast<float>());
   }
+  item.normals = VertexNormals(item.mesh);
   return item;
 }
 

@@ -292,6 +292,7 @@ PictureStudio::PictureStudio(const SurfaceModel& model)
     : model_(model), cache_(std::make_unique<Cache>(Cache{model, {}, {}})) {
   cache_->body.push_back(ModelItem(model, NeutralBodyMaterial()));
   for (SceneItem& limb : LimbItems(model, NeutralBodyMaterial())) cache_->body.push_back(std::move(limb));
+  for (SceneItem& item : cache_->body) item.normals = VertexNormals(item.mesh);  // once for all views
 }
 PictureStudio::~PictureStudio() = default;
 PictureStudio::PictureStudio(PictureStudio&&) noexcept = default;

@@ -160,6 +160,19 @@ TEST(AnyScene, AwkwardScenesGiveSoundPictures) {
   }
 }
 
+TEST(AnyScene, APictureWithoutPixelsIsRefused) {
+  const Scene scene{{Item(SphereMesh({0, 0, 0}, 40.0, 48), SkinMaterial())}, {}};
+  const Camera camera = FrameCamera(BoundsOf(scene), ParseView("front").value(), {}).value();
+  for (const auto& [width, height] : {std::pair{0, 50}, std::pair{50, 0}, std::pair{-1, 50}, std::pair{50, 9000}}) {
+    RenderOptions options;
+    options.width = width;
+    options.height = height;
+    const auto image = Render(scene, camera, options, {});
+    ASSERT_FALSE(image.has_value());
+    EXPECT_NE(image.error().Text().find(std::to_string(width) + " x " + std::to_string(height)), std::string::npos);
+  }
+}
+
 TEST(AnyScene, ALensBehindTheHeadChangesNothing) {
   Scene scene;
   scene.items.push_back(Item(SphereMesh({0, 0, 0}, 40.0, 48), SkinMaterial()));

@@ -467,6 +467,25 @@ TEST(Trace, RefusesWhatCannotBeDrawnAsTheZBufferDoes) {
   EXPECT_TRUE(fails([&](TraceOptions&, Lighting&, Camera& aimed) { aimed.near_mm = 0.0; }));
 }
 
+TEST(Trace, LensesLargerThanTheirRimAndHalfInTheHeadDraw) {
+  Scene scene;
+  scene.items.push_back(Item(SphereMesh({0, 0, 0}, 40.0, 48), SkinMaterial()));
+  // Rims of 18 mm; the lenses stand out of them by far and reach into the head.
+  for (const double x : {-20.0, 20.0}) {
+    scene.items.push_back(Item(SphereMesh({x, 44, 0}, 3.0, 16), MetalMaterial(LinearRgb::Ones())));
+    for (const double away : {44.0, 30.0}) {
+      SolidLens lens = RoundLens({x, away, 0.0}, LensCoating::kMirror);
+      for (Eigen::Vector2d& p : lens.outline.points) p *= 1.6;
+      scene.lenses.push_back(lens);
+    }
+  }
+  for (const char* view : {"front", "0,10", "270,0"}) {
+    const Camera camera = FrameCamera(BoundsOf(scene), ParseView(view).value(), {}).value();
+    const RgbImage image = Traced(scene, camera, {}, TrueLight(40, 8));
+    for (const LinearRgb& rgb : image.rgb) ASSERT_TRUE(rgb.allFinite() && rgb.minCoeff() >= 0.0F) << view;
+  }
+}
+
 TEST(Trace, EmptyMeshesAndFacesWithoutAreaDraw) {
   Scene scene;
   scene.items.push_back(Item({}, SkinMaterial()));

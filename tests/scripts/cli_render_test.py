@@ -135,6 +135,24 @@ class Render(ProgramTest):
         self.succeeds("render", "head.json", "--worn", "minus.json", "--inside", "right", "--inside-map", "--out", "map.png")
         self.assertGreater(len(numpy.unique(read_png(self.read("map.png")).reshape(-1, 3), axis=0)), 100)
 
+    def test_a_progressive_picture_ends_as_the_picture(self):
+        self.picture("--method", "trace", "--samples", "4", "--progressive", "p_now.png")
+        self.assertEqual(self.read("p_now.png"), self.read("p.png"))
+
+    def test_make_up_lies_on_the_face_that_wears_it_whatever_was_drawn_before(self):
+        # The same head with its eyes said to be 6 mm higher: lips and brows move with them.
+        moved = json.loads(self.read("worn.json"))
+        for eye in ("eye_right", "eye_left"):
+            moved["face_points"][eye]["position_mm"][2] += 6
+        self.write("moved.json", json.dumps(moved))
+        look = {"lips": "#b02030@1", "brows": "#201008@1", "model": "head.json", "view": "front", "size": 120}
+        self.write("batch.json", json.dumps({"pictures": [dict(look, worn="worn.json", out="a.png"),
+                                                          dict(look, worn="moved.json", out="b.png")]}))
+        self.succeeds("render", "--batch", "batch.json")
+        self.picture("--lips", "#b02030@1", "--brows", "#201008@1", worn="moved.json")
+        self.assertEqual(self.read("p.png"), self.read("b.png"))
+        self.assertNotEqual(self.read("a.png"), self.read("b.png"))
+
     def test_a_batch_draws_what_the_single_commands_draw(self):
         batch = {"defaults": {"model": "head.json", "worn": "worn.json", "size": 100},
                  "pictures": [{"view": "front", "out": "front.png", "caption": "front"},
