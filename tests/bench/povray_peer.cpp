@@ -287,7 +287,7 @@ int main(int count, char** arguments) {
   }
   try {
     const Job job = PapersJob();
-    const annulus::Tracer tracer = OrThrow(annulus::Tracer::Make(job.scene, kThreads));
+    const annulus::Tracer tracer = OrThrow(annulus::Tracer::Make(job.scene));
     nlohmann::json all = nlohmann::json::array();
     for (const Contest& whole : {FarLights(), Studio(), SkyAndSun()}) {
       const Contest contest = quick ? Quick(whole) : whole;

@@ -30,7 +30,7 @@ RgbImage Trace(const Shot& shot, int width, int height) {
   options.denoising = Denoising::kOff;
   options.tone_curve = ToneCurve::kLinear;
   options.background = TraceOptions::Background::kEnvironment;
-  const Result<Tracer> tracer = Tracer::Make(shot.scene, 1);
+  const Result<Tracer> tracer = Tracer::Make(shot.scene);
   if (!tracer) throw std::runtime_error(tracer.error().Text());
   Result<RgbImage> image = tracer->Trace(shot.camera, shot.lighting, options, {});
   if (!image) throw std::runtime_error(image.error().Text());
