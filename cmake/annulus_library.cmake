@@ -31,9 +31,8 @@ endfunction()
 function(annulus_test folder)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${folder}_test ${ARG_SOURCES})
-  target_link_libraries(${folder}_test PRIVATE annulus_warnings ${ARG_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
-  target_compile_definitions(${folder}_test PRIVATE ANNULUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
-                             ANNULUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  target_link_libraries(${folder}_test PRIVATE annulus_warnings ${ARG_LIBS} test_folders GTest::gtest GTest::gmock
+                        GTest::gtest_main)
   add_test(NAME unit_${folder} COMMAND ${folder}_test)
   set_tests_properties(unit_${folder} PROPERTIES TIMEOUT 600
                        ENVIRONMENT "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/lsan.supp:print_suppressions=0")

@@ -8,6 +8,7 @@
 #include "acquisition/recording_channels.h"
 #include "acquisition/scan_json.h"
 #include "scan_fixture.h"
+#include "tests/support/folders.h"
 #include "tests/support/test_storage.h"
 
 namespace annulus {
@@ -429,7 +430,7 @@ TEST(ReadRecording, SaysWhatAForeignFileBeginsWith) {
 // raw bytes; range_mm 400 + 10 level + sensor, z_mm 1500 - 5 level.
 TEST(ReadRecording, ReadsRecordingsOfTheFirstVersion) {
   PosixStorage storage;
-  const auto read = ReadWholeRecording(storage, std::string(ANNULUS_SOURCE_DIR) + "/tests/golden/recording_0001.mcap");
+  const auto read = ReadWholeRecording(storage, test::SourceFolder() + "/tests/golden/recording_0001.mcap");
   ASSERT_TRUE(read) << read.error().Text();
   EXPECT_TRUE(read->report.clean());
   ASSERT_EQ(read->scan.levels.size(), 3U);

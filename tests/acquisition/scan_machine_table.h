@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquisition/scan_machine.h"
+#include "tests/support/folders.h"
 
 namespace annulus::test {
 
@@ -15,7 +16,7 @@ namespace annulus::test {
 class DrawnTable {
  public:
   DrawnTable() {
-    std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/acquisition/scan_machine.h");
+    std::ifstream file(test::SourceFolder() + "/acquisition/scan_machine.h");
     std::vector<std::string> heads;
     for (std::string line; std::getline(file, line);) {
       if (line.rfind("///     ", 0) != 0 || line.find('|') == std::string::npos) continue;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tests/acquisition/scanner_rig.h"
+#include "tests/support/folders.h"
 
 namespace annulus::faults {
 
@@ -26,7 +27,7 @@ constexpr std::chrono::hours kSinceTheClockWasSane{24 * 365 * 20};
 std::string InMs(nanoseconds time) { return std::to_string(time / milliseconds(1)) + " ms"; }
 
 sim::FaultPlan PlanOfRow(const std::string& row) {
-  const std::string path = std::string(ANNULUS_SOURCE_DIR) + "/tests/faults/plans/" + row + ".json";
+  const std::string path = test::SourceFolder() + "/tests/faults/plans/" + row + ".json";
   std::ifstream file(path);
   EXPECT_TRUE(file) << path;
   std::stringstream text;

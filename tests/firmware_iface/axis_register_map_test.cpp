@@ -1,4 +1,5 @@
 #include "firmware_iface/axis_register_map.h"
+#include "tests/support/folders.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -127,7 +128,7 @@ AxisRegisterMap Example(const std::string& path) {
 }
 
 TEST(AxisRegisterMap, TakesTheExampleOfTheDocumentation) {
-  const AxisRegisterMap map = Example(std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/axis-nanotec-pd4e.toml");
+  const AxisRegisterMap map = Example(test::SourceFolder() + "/docs/examples/axis-nanotec-pd4e.toml");
   const Status checked = CheckRegisterMap(map);
   ASSERT_TRUE(checked) << checked.error().Text();
   EXPECT_EQ(map.CommandBlock().address, 6001);

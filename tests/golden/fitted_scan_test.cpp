@@ -15,6 +15,7 @@
 #include "modeling/measure/section.h"
 #include "modeling/measure/slab.h"
 #include "tests/fitting/synthetic_scan.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -77,7 +78,7 @@ std::vector<Entry> Measure() {
 }
 
 TEST(Golden, FittedScanMeasuresAsItDid) {
-  const std::string path = std::string(ANNULUS_SOURCE_DIR) + "/tests/golden/fitted_scan.json";
+  const std::string path = test::SourceFolder() + "/tests/golden/fitted_scan.json";
   const std::vector<Entry> entries = Measure();
   if (std::getenv("ANNULUS_UPDATE_GOLDEN") != nullptr) {
     Json json;

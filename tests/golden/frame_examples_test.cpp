@@ -20,6 +20,7 @@
 #include "modeling/glasses/frame_library.h"
 #include "render/png.h"
 #include "station/design_picture.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -30,7 +31,7 @@ constexpr int kPictureWidth = 300;
 /// Our outline has 720 points, the script's 80,000: lengths between points are short by at most their sagitta.
 constexpr double kSampling = 2e-3;
 
-std::string Path(const std::string& name) { return std::string(ANNULUS_SOURCE_DIR) + "/tests/golden/" + name; }
+std::string Path(const std::string& name) { return test::SourceFolder() + "/tests/golden/" + name; }
 
 Frame Build(const std::string& name) {
   const FrameDesign& design = BuiltInFrameLibrary().Find(name).value()->design;

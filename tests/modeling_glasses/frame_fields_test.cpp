@@ -11,6 +11,7 @@
 #include <string>
 
 #include "base/units.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -40,7 +41,7 @@ TEST(FrameFields, NameEveryFieldOnceWithItsUnit) {
 }
 
 TEST(FrameFields, AreAllInTheDescriptionOfTheFormat) {
-  std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/docs/formats.md");
+  std::ifstream file(test::SourceFolder() + "/docs/formats.md");
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   for (const FrameField& field : FrameFields()) {
     EXPECT_NE(text.find("`" + std::string(field.key) + "`"), std::string::npos) << field.key;

@@ -9,6 +9,7 @@
 #include "modeling/glasses/frame_json.h"
 #include "modeling/glasses/frame_library.h"
 #include "modeling/glasses/placement.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -47,7 +48,7 @@ std::string Complaint(const std::string& json) {
 
 /// A file that version 1 of the program wrote.
 std::string Version1() {
-  std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/tests/fuzz/corpus/worn_json/version1");
+  std::ifstream file(test::SourceFolder() + "/tests/fuzz/corpus/worn_json/version1");
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

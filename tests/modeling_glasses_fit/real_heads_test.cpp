@@ -13,6 +13,7 @@
 #include "modeling/landmarks/head_without_ears.h"
 #include "modeling/measure/closest_point.h"
 #include "tests/modeling_glasses_fit/test_frames.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -22,7 +23,7 @@ using Eigen::Vector3d;
 /// The folder with the shared scans: $ANNULUS_DATA, else ../shared/data beside the project.
 std::filesystem::path DataFolder() {
   const char* const given = std::getenv("ANNULUS_DATA");
-  return given != nullptr ? given : std::filesystem::path(ANNULUS_SOURCE_DIR) / ".." / "shared" / "data";
+  return given != nullptr ? given : std::filesystem::path(test::SourceFolder()) / ".." / "shared" / "data";
 }
 
 /// Whether a point is between the surface and the ring's axis.

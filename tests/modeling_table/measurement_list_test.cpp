@@ -14,6 +14,7 @@
 #include "modeling/landmarks/landmarks.h"
 #include "modeling/table/table.h"
 #include "tests/modeling_measure/interpolated_body.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -149,7 +150,7 @@ TEST(MeasurementList, TellsEachMeasurementApartAndSaysHowItIsTaken) {
 
 TEST(MeasurementList, TheManualListsExactlyTheMeasurementsThatThereAre) {
   // Rows of the manual's tables begin with | `id` |.
-  std::ifstream manual(std::string(ANNULUS_SOURCE_DIR) + "/docs/measurements.md");
+  std::ifstream manual(test::SourceFolder() + "/docs/measurements.md");
   ASSERT_TRUE(manual.good());
   std::vector<std::string> listed;
   for (std::string line; std::getline(manual, line);) {

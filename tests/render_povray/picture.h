@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/scene.h"
+#include "tests/support/folders.h"
 #include "tests/support/povray_process.h"
 #include "tests/support/povray_scene.h"
 
@@ -27,7 +28,7 @@ inline RgbImage Povray(const Shot& shot, PovraySceneOptions options, PovraySampl
   const Result<std::string> text = PovrayScene(shot.scene, shot.camera, shot.lighting, options);
   if (!text) throw std::runtime_error(text.error().Text());
   const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  const std::filesystem::path folder = std::filesystem::path(ANNULUS_BINARY_DIR) / "povray" / test;
+  const std::filesystem::path folder = std::filesystem::path(test::BinaryFolder()) / "povray" / test;
   Result<PovrayPicture> picture = RunPovray(*text, sampling, folder, name);
   if (!picture) throw std::runtime_error(picture.error().Text());
   return std::move(picture->image);

@@ -20,7 +20,7 @@ MAY_INCLUDE = {
     "station": {"base", "firmware_iface", "acquisition", "fitting", "modeling", "render", "sim"},
 }
 # Dear to compile, or C handles that one adapter owns: never in a header.
-CPP_ONLY = re.compile(r"(ceres/|embree3/|webp/|opencv2/|boost/(beast|asio)|libusb|usbredir|modbus|gpiod|sqlite3\.h|.*\.hxx$)")
+CPP_ONLY = re.compile(r"(ceres/|embree3/|webp/|opencv2/|boost/|openssl/|libusb|usbredir|modbus|gpiod|sqlite3\.h|.*\.hxx$)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 LIBRARY_CALL = re.compile(r"^\s*(annulus_library|add_library)\s*\(\s*(\S+)([^)]*)\)", re.MULTILINE)
 MAX_LINES = 800

@@ -14,6 +14,7 @@
 #include "station/calibration_plots.h"
 #include "station/calibration_verdict.h"
 #include "tests/station/sample_calibration.h"
+#include "tests/support/folders.h"
 #include "tests/support/test_storage.h"
 
 namespace annulus {
@@ -47,7 +48,7 @@ bool Installed(const std::string& program) { return Execute("command -v " + prog
 
 /// Writes into the build folder, where the files stay to be looked at.
 std::string Written(const std::string& name, const CalibrationReport& report) {
-  std::string folder = std::string(ANNULUS_BINARY_DIR) + "/calibration_report/" + name;
+  std::string folder = test::BinaryFolder() + "/calibration_report/" + name;
   PosixStorage storage;
   const Status status = WriteCalibrationReport(storage, folder, report);
   if (!status) throw std::runtime_error(status.error().Text());

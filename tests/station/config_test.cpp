@@ -1,4 +1,5 @@
 #include "station/config.h"
+#include "tests/support/folders.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -281,7 +282,7 @@ TEST(Config, ReadsAnAddressWithColonsOfItsOwn) {
 
 TEST(Config, ReadsTheRegisterMapOfAnotherMake) {
   PosixStorage storage;
-  const auto config = ReadConfig(storage, std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/axis-nanotec-pd4e.toml");
+  const auto config = ReadConfig(storage, test::SourceFolder() + "/docs/examples/axis-nanotec-pd4e.toml");
   ASSERT_TRUE(config) << config.error().Text();
   const AxisRegisterMap& map = config->axis.register_map;
   EXPECT_EQ(map.control_word, 6002);

@@ -1,4 +1,5 @@
 #include "station/look_file.h"
+#include "tests/support/folders.h"
 
 #include <gtest/gtest.h>
 
@@ -88,7 +89,7 @@ TEST(LookFile, NamesThePlaceOfWhatItRefuses) {
 
 TEST(LookFile, TheExamplesOfTheDocumentationCanBeRead) {
   for (const char* name : {"example1-2", "example3", "example4", "example5", "example6", "make-up"}) {
-    std::ifstream file(std::string(ANNULUS_SOURCE_DIR) + "/docs/examples/rendering/" + name + ".json");
+    std::ifstream file(test::SourceFolder() + "/docs/examples/rendering/" + name + ".json");
     const std::string text((std::istreambuf_iterator<char>(file)), {});
     const auto look = LookFromJson(text, name);
     EXPECT_TRUE(look.has_value()) << (look ? "" : look.error().Text());

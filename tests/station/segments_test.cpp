@@ -12,6 +12,7 @@
 #include "fitting/fit_segments.h"
 #include "fitting/segment_axis.h"
 #include "sim/person.h"
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {
@@ -78,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(People, SegmentsOfAPerson,
 std::filesystem::path DataFolder() {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): tests read the environment from one thread.
   const char* const given = std::getenv("ANNULUS_DATA");
-  return given != nullptr ? given : std::filesystem::path(ANNULUS_SOURCE_DIR) / ".." / "shared" / "data";
+  return given != nullptr ? given : std::filesystem::path(test::SourceFolder()) / ".." / "shared" / "data";
 }
 
 /// Whether all cells of a segment within three of (theta, z) were seen: away from edges.

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "modeling/landmarks/landmark.h"
+#include "station/loaded_model.h"
+
+namespace annulus {
+
+/// A scan's model as the routes work on it. Never changed once made; a change of landmarks makes a new one.
+struct OpenModel {
+  std::string scan_id;
+  std::string artefact_id;  ///< Of the model; changes when it was fitted again.
+  LoadedModel loaded;
+  Landmarks landmarks;  ///< As they are now: found, and moved by hand.
+};
+
+/// The few models that were used last, opened. At most four, dropped after five minutes and at the end of a visit: what
+/// is in memory is not sealed. Thread-safe.
+class ModelCache {
+ public:
+  using Opener = std::function<Result<std::shared_ptr<const OpenModel>>(const std::string& scan_id)>;
+  static std::unique_ptr<ModelCache> Make(Opener opener);
+  virtual ~ModelCache() = default;
+  virtual Result<std::shared_ptr<const OpenModel>> Open(const std::string& scan_id) = 0;
+  virtual void Drop(const std::string& scan_id) = 0;
+  virtual void DropAll() = 0;
+};
+
+}  // namespace annulus
