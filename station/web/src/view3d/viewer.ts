@@ -45,7 +45,6 @@ interface Layer {
 }
 
 const fieldOfView_deg = 28;
-const mostPixelRatio = 2;
 /** While the camera moves, a picture that takes longer (ms) is drawn with fewer pixels. */
 const slowFrame_ms = 45;
 const coarseRatio = 0.6;
@@ -60,9 +59,10 @@ export class Viewer {
   claim: (event: PointerEvent) => boolean = () => false;
 
   readonly #renderer: THREE.WebGLRenderer | null;
+  readonly #mostPixelRatio: number;
   readonly #scene = new THREE.Scene();
   readonly #camera = new THREE.PerspectiveCamera(fieldOfView_deg, 1, 10, 30_000);
-  readonly #lamp = new THREE.DirectionalLight(0xffffff, 2.1);
+  readonly #lamp = new THREE.DirectionalLight(0xffffff, 2.3);
   readonly #overlay = new Overlay();
   readonly #layers = new Map<string, Layer>();
   readonly #lines = new Map<string, Line2[]>();
@@ -78,7 +78,9 @@ export class Viewer {
 
   constructor(host: HTMLElement, options: ViewerOptions) {
     this.element = h('div', { class: 'view3d', tabindex: '0', role: 'application', 'aria-label': options.label });
-    this.#renderer = makeRenderer();
+    const software = drawsInSoftware();
+    this.#mostPixelRatio = software ? 1 : 2;
+    this.#renderer = makeRenderer(!software);
     this.available = this.#renderer !== null;
     host.append(this.element);
     if (!this.#renderer) {
@@ -87,9 +89,9 @@ export class Viewer {
     }
     this.element.append(this.#renderer.domElement, this.#overlay.element);
     this.#camera.up.set(0, 0, 1);
-    this.#lamp.position.set(-0.35, 0.55, 1);
+    this.#lamp.position.set(-0.7, 0.8, 1);
     this.#camera.add(this.#lamp);
-    this.#scene.add(this.#camera, new THREE.HemisphereLight(0xffffff, 0xb8b2ab, 1.25));
+    this.#scene.add(this.#camera, new THREE.HemisphereLight(0xffffff, 0xa39c95, 0.95));
     this.#watchHost(this.#renderer);
     this.#ends.push(
       attachOrbit({
@@ -232,7 +234,7 @@ export class Viewer {
     const centre = box.getCenter(new THREE.Vector3());
     const size = box.getSize(new THREE.Vector3());
     const half = Math.tan((fieldOfView_deg * Math.PI) / 360);
-    const across = Math.hypot(size.x, size.y);
+    const across = Math.max(size.x, size.y);
     const distance = Math.max(size.z / 2 / half, across / 2 / (half * this.#camera.aspect)) * 1.06 + across / 2;
     this.setCamera({ ...this.#place, target: centre.toArray(), distance_mm: distance });
   }
@@ -311,7 +313,7 @@ export class Viewer {
     const passed = now_ms - this.#lastFrame_ms;
     this.#lastFrame_ms = now_ms;
     if (busy && passed < 1000) this.#frameTime_ms += 0.3 * (passed - this.#frameTime_ms);
-    const full = Math.min(window.devicePixelRatio, mostPixelRatio);
+    const full = Math.min(window.devicePixelRatio, this.#mostPixelRatio);
     const ratio = busy && this.#frameTime_ms > slowFrame_ms ? full * coarseRatio : busy ? renderer.getPixelRatio() : full;
     if (ratio !== renderer.getPixelRatio()) this.#setPixelRatio(renderer, ratio);
   }
@@ -356,7 +358,7 @@ export class Viewer {
   }
 
   #watchHost(renderer: THREE.WebGLRenderer): void {
-    this.#setPixelRatio(renderer, Math.min(window.devicePixelRatio, mostPixelRatio));
+    this.#setPixelRatio(renderer, Math.min(window.devicePixelRatio, this.#mostPixelRatio));
     const sizes = new ResizeObserver(() => this.#resize());
     sizes.observe(this.element);
     const colour = (): void => {
@@ -387,9 +389,20 @@ export class Viewer {
   }
 }
 
-function makeRenderer(): THREE.WebGLRenderer | null {
+/** Whether WebGL runs on the processor, where smooth edges and more pixels than the screen's cost too much. */
+let software: boolean | null = null;
+function drawsInSoftware(): boolean {
+  if (software !== null) return software;
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const names = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl && names ? String(gl.getParameter(names.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return (software = /swiftshader|llvmpipe|softpipe|basic render/i.test(name));
+}
+
+function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
   try {
-    return new THREE.WebGLRenderer({ antialias: true, alpha: false, powerPreference: 'high-performance' });
+    return new THREE.WebGLRenderer({ antialias, alpha: false, powerPreference: 'high-performance' });
   } catch {
     return null;
   }
