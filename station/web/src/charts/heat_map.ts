@@ -1,4 +1,4 @@
-// What a heat map shows: a window of a matrix (rows of levels or scans × columns of sensors) as pixels.
+// What a heat map shows: a window of a matrix (for example sensors × levels) as pixels.
 import { type ColourTable, colourOf, shareOf } from './colour_map';
 import type { Range } from './scale';
 
@@ -9,76 +9,64 @@ export interface Matrix {
   values: ArrayLike<number>;
 }
 
-/** Rows and columns that are shown, from … to (not included); broken numbers while somebody zooms. */
-export interface MapWindow {
-  rowFrom: number;
-  rowTo: number;
-  columnFrom: number;
-  columnTo: number;
-}
+/** Cells from … to (not included) that a pixel covers; none: from = to. */
+export type Span = readonly [from: number, to: number];
 
-export function wholeWindow(matrix: Matrix): MapWindow {
-  return { rowFrom: 0, rowTo: matrix.rows, columnFrom: 0, columnTo: matrix.columns };
-}
-
-/** One axis zoomed by `factor` (below 1: nearer) about `anchor`, within 0 … count and not below `least` cells. */
-export function zoomed(from: number, to: number, anchor: number, factor: number, count: number, least = 4): [number, number] {
-  const width = Math.min(count, Math.max(Math.min(least, count), (to - from) * factor));
-  const share = to > from ? (anchor - from) / (to - from) : 0.5;
-  const start = Math.min(Math.max(0, anchor - share * width), count - width);
-  return [start, start + width];
-}
-
-/** One axis moved by `by` cells, within 0 … count. */
-export function moved(from: number, to: number, by: number, count: number): [number, number] {
-  const shift = Math.min(Math.max(by, -from), count - to);
-  return [from + shift, to + shift];
-}
-
-/** The cell at a place of a picture of width × height pixels, null outside. */
-export function cellAt(window: MapWindow, width: number, height: number, x: number, y: number): { row: number; column: number } | null {
-  if (x < 0 || y < 0 || x >= width || y >= height) return null;
-  return {
-    row: Math.floor(window.rowFrom + (y / height) * (window.rowTo - window.rowFrom)),
-    column: Math.floor(window.columnFrom + (x / width) * (window.columnTo - window.columnFrom)),
-  };
+/** Cells of one side under each pixel, when a window in cells is shown; each covers at least one. */
+export function cellSpans(window: Range, pixels: number, count: number): Span[] {
+  const width = window.high - window.low;
+  return Array.from({ length: pixels }, (_, k) => {
+    const from = Math.min(count - 1, Math.max(0, Math.floor(window.low + (width * k) / pixels)));
+    const to = width > pixels ? Math.ceil(window.low + (width * (k + 1)) / pixels - 1e-9) : from + 1;
+    return [from, Math.min(count, Math.max(from + 1, to))] as const;
+  });
 }
 
 /**
- * The window as RGBA. A pixel that covers several cells shows the mean of what is there, so that a line of one cell
- * does not vanish between pixels by chance; a pixel whose cells are all empty is `empty`.
+ * The same when the cells have times: a cell is shown from its time until the next one's, but not longer than `hold`,
+ * so that a pause is a gap.
  */
-export function rasterised(
-  matrix: Matrix,
-  window: MapWindow,
-  size: { width: number; height: number },
-  colours: { table: ColourTable; range: Range; empty: readonly [number, number, number] },
-): Uint8ClampedArray<ArrayBuffer> {
-  const { width, height } = size;
-  const pixels = new Uint8ClampedArray(4 * width * height);
-  const columns = edges(window.columnFrom, window.columnTo, width, matrix.columns);
-  const rows = edges(window.rowFrom, window.rowTo, height, matrix.rows);
-  for (let y = 0; y < height; ++y) {
-    for (let x = 0; x < width; ++x) {
-      const value = meanOf(matrix, rows[y]!, columns[x]!);
-      const { table, range, empty } = colours;
-      const colour = Number.isNaN(value) ? empty : colourOf(table, shareOf(value, range.low, range.high));
-      pixels.set(colour, 4 * (y * width + x));
-      pixels[4 * (y * width + x) + 3] = 255;
+export function timedSpans(times: ArrayLike<number>, window: Range, pixels: number, hold: number): Span[] {
+  const width = window.high - window.low;
+  let first = 0;
+  return Array.from({ length: pixels }, (_, k) => {
+    const from = window.low + (width * k) / pixels;
+    const to = window.low + (width * (k + 1)) / pixels;
+    while (first + 1 < times.length && times[first + 1]! <= from) ++first;
+    let end = first;
+    while (end < times.length && times[end]! < to) ++end;
+    const stale = times[first]! + hold <= from;
+    const begin = stale ? first + 1 : first;
+    return [Math.min(begin, end), end] as const;
+  });
+}
+
+export interface HeatColours {
+  table: ColourTable;
+  range: Range;
+  /** Where nothing came back. */
+  empty: readonly [number, number, number];
+}
+
+/**
+ * RGBA, one pixel per pair of spans. A pixel that covers several cells shows the mean of what is there, so that a line
+ * of one cell does not vanish between pixels by chance. Pixels without cells are transparent.
+ */
+export function rasterised(matrix: Matrix, rows: readonly Span[], columns: readonly Span[], colours: HeatColours): Uint8ClampedArray<ArrayBuffer> {
+  const pixels = new Uint8ClampedArray(4 * rows.length * columns.length);
+  let at = 0;
+  for (const row of rows) {
+    for (const column of columns) {
+      if (row[0] < row[1] && column[0] < column[1]) {
+        const value = meanOf(matrix, row, column);
+        const { table, range, empty } = colours;
+        pixels.set(Number.isNaN(value) ? empty : colourOf(table, shareOf(value, range.low, range.high)), at);
+        pixels[at + 3] = 255;
+      }
+      at += 4;
     }
   }
   return pixels;
-}
-
-type Span = readonly [from: number, to: number];
-
-/** Which cells each pixel covers, at least one. */
-function edges(from: number, to: number, pixels: number, count: number): Span[] {
-  return Array.from({ length: pixels }, (_, k) => {
-    const first = Math.min(count - 1, Math.max(0, Math.floor(from + ((to - from) * k) / pixels)));
-    const end = Math.ceil(from + ((to - from) * (k + 1)) / pixels - 1e-9);
-    return [first, Math.min(count, Math.max(first + 1, (to - from) > pixels ? end : first + 1))] as const;
-  });
 }
 
 function meanOf(matrix: Matrix, rows: Span, columns: Span): number {
@@ -93,4 +81,13 @@ function meanOf(matrix: Matrix, rows: Span, columns: Span): number {
     }
   }
   return count === 0 ? NaN : sum / count;
+}
+
+/** Rows become columns. */
+export function transposed(matrix: Matrix): Matrix {
+  const values = new Float32Array(matrix.rows * matrix.columns);
+  for (let row = 0; row < matrix.rows; ++row) {
+    for (let column = 0; column < matrix.columns; ++column) values[column * matrix.rows + row] = matrix.values[row * matrix.columns + column]!;
+  }
+  return { rows: matrix.columns, columns: matrix.rows, values };
 }

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { median, placed, quantile, robustRange, ticks } from './scale';
+import { median, moved, placed, quantile, robustRange, ticks, zoomed } from './scale';
 
 describe('ticks', () => {
   it('are round numbers within the ends', () => {
@@ -37,3 +37,21 @@ describe('order statistics', () => {
 });
 
 it('a value is placed linearly', () => expect(placed(5, { low: 0, high: 10 }, { low: 100, high: 0 })).toBe(50));
+
+describe('a window', () => {
+  const whole = { low: 0, high: 100 };
+  it('is zoomed about the place under the pointer', () => {
+    expect(zoomed(whole, whole, 50, 0.5, 4)).toEqual({ low: 25, high: 75 });
+    const near = zoomed({ low: 20, high: 60 }, whole, 30, 0.5, 4);
+    expect((30 - near.low) / (near.high - near.low)).toBeCloseTo((30 - 20) / (60 - 20), 12);
+  });
+  it('stays within the whole and above its least width', () => {
+    expect(zoomed(whole, whole, 10, 4, 4)).toEqual(whole);
+    expect(zoomed({ low: 80, high: 100 }, whole, 100, 2, 4)).toEqual({ low: 60, high: 100 });
+    expect(zoomed(whole, whole, 100, 0.001, 4)).toEqual({ low: 96, high: 100 });
+  });
+  it('is moved to the edge and no further', () => {
+    expect(moved({ low: 10, high: 30 }, whole, -20)).toEqual({ low: 0, high: 20 });
+    expect(moved({ low: 10, high: 30 }, whole, 500)).toEqual({ low: 80, high: 100 });
+  });
+});

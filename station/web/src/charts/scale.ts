@@ -54,3 +54,18 @@ export function median(values: ArrayLike<number>): number {
   const sorted = Float64Array.from(Array.from(values as ArrayLike<number>).filter(Number.isFinite)).sort();
   return sorted.length === 0 ? NaN : quantile(sorted, 0.5);
 }
+
+/** A window zoomed by `factor` (below 1: nearer) about a place that stays where it is, within the whole; never narrower than `least`. */
+export function zoomed(window: Range, whole: Range, about: number, factor: number, least: number): Range {
+  const full = whole.high - whole.low;
+  const width = Math.min(full, Math.max(Math.min(least, full), (window.high - window.low) * factor));
+  const share = window.high > window.low ? (about - window.low) / (window.high - window.low) : 0.5;
+  const low = Math.min(Math.max(whole.low, about - share * width), whole.high - width);
+  return { low, high: low + width };
+}
+
+/** A window moved by `by`, as far as the whole goes. */
+export function moved(window: Range, whole: Range, by: number): Range {
+  const shift = Math.min(Math.max(by, whole.low - window.low), whole.high - window.high);
+  return { low: window.low + shift, high: window.high + shift };
+}

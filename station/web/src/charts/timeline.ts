@@ -1,17 +1,5 @@
-// Time along a line of pixels, and playing along it. Times in seconds from the recording's beginning.
-
-export interface TimeWindow {
-  fromS: number;
-  toS: number;
-}
-
-export function xOf(window: TimeWindow, timeS: number, width: number): number {
-  return ((timeS - window.fromS) / (window.toS - window.fromS)) * width;
-}
-
-export function timeAt(window: TimeWindow, x: number, width: number): number {
-  return window.fromS + (x / width) * (window.toS - window.fromS);
-}
+// Times along a line, and playing along it. Times in seconds from the recording's beginning.
+import { placed, type Range } from './scale';
 
 /** The last level that was there at a time (0 before the first); `timesS` rises. */
 export function levelAt(timesS: ArrayLike<number>, timeS: number): number {
@@ -32,20 +20,11 @@ export function nearestLevel(timesS: ArrayLike<number>, timeS: number): number {
   return timeS - timesS[below]! <= timesS[below + 1]! - timeS ? below : below + 1;
 }
 
-/** Window zoomed by `factor` about a time, within the whole; never narrower than `least` seconds. */
-export function zoomedTime(window: TimeWindow, whole: TimeWindow, aboutS: number, factor: number, least = 0.05): TimeWindow {
-  const full = whole.toS - whole.fromS;
-  const width = Math.min(full, Math.max(Math.min(least, full), (window.toS - window.fromS) * factor));
-  const share = (aboutS - window.fromS) / (window.toS - window.fromS);
-  const from = Math.min(Math.max(whole.fromS, aboutS - share * width), whole.toS - width);
-  return { fromS: from, toS: from + width };
-}
-
 /** Events at pixels closer than `least` become one mark with their count, so that nothing is drawn over another. */
-export function clustered<T extends { timeS: number }>(events: readonly T[], window: TimeWindow, width: number, least: number): { x: number; events: T[] }[] {
+export function clustered<T extends { timeS: number }>(events: readonly T[], window: Range, width: number, least: number): { x: number; events: T[] }[] {
   const result: { x: number; events: T[] }[] = [];
   for (const event of [...events].sort((a, b) => a.timeS - b.timeS)) {
-    const x = xOf(window, event.timeS, width);
+    const x = placed(event.timeS, window, { low: 0, high: width });
     if (x < 0 || x > width) continue;
     const last = result.at(-1);
     if (last && x - last.x < least) last.events.push(event);
@@ -55,17 +34,17 @@ export function clustered<T extends { timeS: number }>(events: readonly T[], win
 }
 
 /** Stretches during which a line was high: changes in time order, until the end. */
-export function highStretches(changes: readonly { timeS: number; level: boolean }[], endS: number): TimeWindow[] {
-  const result: TimeWindow[] = [];
+export function highStretches(changes: readonly { timeS: number; level: boolean }[], endS: number): Range[] {
+  const result: Range[] = [];
   let since: number | null = null;
   for (const change of changes) {
     if (change.level && since === null) since = change.timeS;
     if (!change.level && since !== null) {
-      result.push({ fromS: since, toS: change.timeS });
+      result.push({ low: since, high: change.timeS });
       since = null;
     }
   }
-  if (since !== null) result.push({ fromS: since, toS: endS });
+  if (since !== null) result.push({ low: since, high: endS });
   return result;
 }
 
@@ -78,8 +57,8 @@ export class Player {
   #speed = 1;
   #since: number | null = null;
 
-  constructor(private readonly whole: TimeWindow) {
-    this.#atS = whole.fromS;
+  constructor(private readonly whole: Range) {
+    this.#atS = whole.low;
   }
 
   get speed(): number {
@@ -87,17 +66,17 @@ export class Player {
   }
 
   playing(nowMs: number): boolean {
-    return this.#since !== null && this.time(nowMs) < this.whole.toS;
+    return this.#since !== null && this.time(nowMs) < this.whole.high;
   }
 
   time(nowMs: number): number {
     if (this.#since === null) return this.#atS;
-    return Math.min(this.whole.toS, this.#atS + ((nowMs - this.#since) / 1000) * this.#speed);
+    return Math.min(this.whole.high, this.#atS + ((nowMs - this.#since) / 1000) * this.#speed);
   }
 
   play(nowMs: number): void {
     if (this.playing(nowMs)) return;
-    this.#atS = this.time(nowMs) >= this.whole.toS ? this.whole.fromS : this.time(nowMs);
+    this.#atS = this.time(nowMs) >= this.whole.high ? this.whole.low : this.time(nowMs);
     this.#since = nowMs;
   }
 
@@ -107,7 +86,7 @@ export class Player {
   }
 
   seek(timeS: number, nowMs: number): void {
-    this.#atS = Math.min(this.whole.toS, Math.max(this.whole.fromS, timeS));
+    this.#atS = Math.min(this.whole.high, Math.max(this.whole.low, timeS));
     if (this.#since !== null) this.#since = nowMs;
   }
 
