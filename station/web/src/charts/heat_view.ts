@@ -1,11 +1,11 @@
 // A heat map with axes, legend, zoom and a cursor, on a canvas.
 import { h, replace } from '../core/dom';
 import { button } from '../core/ui';
-import { tCharts } from '../words/technician';
 import './charts.css';
 import { type ColourTable, cssColour, diverging, sequential } from './colour_map';
 import { cellSpans, type Matrix, rasterised, type Span } from './heat_map';
 import { moved, placed, type Range, ticks, zoomed } from './scale';
+import { tCharts } from './words';
 import { channels, cssValue, ground, onTheme } from './theme';
 
 /** One side of the map. */
@@ -324,7 +324,8 @@ function watchPointer(canvas: HTMLCanvasElement, look: HeatLook, state: State, m
 function watchKeys(canvas: HTMLCanvasElement, look: HeatLook, state: State, zoomBy: Moves['zoomBy'], reset: () => void): () => void {
   canvas.onkeydown = (event) => {
     const far = event.shiftKey ? 10 : 1;
-    const [down, across] = { ArrowLeft: [0, -far], ArrowRight: [0, far], ArrowUp: [-far, 0], ArrowDown: [far, 0] }[event.key] ?? [0, 0];
+    const across = event.key === 'ArrowLeft' ? -far : event.key === 'ArrowRight' ? far : 0;
+    const down = event.key === 'ArrowUp' ? -far : event.key === 'ArrowDown' ? far : 0;
     if (down !== 0 || across !== 0) {
       event.preventDefault();
       const within = (cell: number, side: Side) => Math.min(side.cells - 1, Math.max(0, cell));
