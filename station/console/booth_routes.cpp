@@ -105,6 +105,7 @@ ApiResult Arm(ConsoleContext& context, ScanTickets& tickets, const ApiRequest& r
   ArmOrder order;
   order.profile = ticket->profile;
   if (body->height_mm) order.height = Millimetres(*body->height_mm);
+  if (!body->height_mm && customer->height_mm) order.height = Millimetres(*customer->height_mm);
   order.out = ticket->recording();
   order.subject_id = ticket->customer_id;
   order.consent = ticket->consent_id;
