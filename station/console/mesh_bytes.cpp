@@ -32,6 +32,8 @@ std::string MeshBytes(const std::vector<MeshPart>& parts) {
   for (const MeshPart& part : parts) {
     ENSURE(part.knowledge.empty() || part.knowledge.size() == part.mesh.vertices.size(),
            "knowledge of every vertex or of none");
+    ENSURE(part.normals.empty() || part.normals.size() == part.mesh.vertices.size(),
+           "normals of every vertex or of none");
     vertices += part.mesh.vertices.size();
     faces += part.mesh.faces.size();
   }
@@ -46,7 +48,9 @@ std::string MeshBytes(const std::vector<MeshPart>& parts) {
     for (const Eigen::Vector3d& vertex : part.mesh.vertices) Put(bytes, vertex);
   }
   for (const MeshPart& part : parts) {
-    for (const Eigen::Vector3d& normal : VertexNormals(part.mesh)) Put(bytes, normal);
+    for (const Eigen::Vector3d& normal : part.normals.empty() ? VertexNormals(part.mesh) : part.normals) {
+      Put(bytes, normal);
+    }
   }
   for (const MeshPart& part : parts) {
     if (part.knowledge.empty()) bytes.append(part.mesh.vertices.size(), KnowledgeByte(Knowledge::kMeasured));

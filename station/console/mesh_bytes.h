@@ -17,13 +17,14 @@ enum class MeshKind : std::uint32_t { kBody = 0, kFrame = 1, kLens = 2, kHair = 
 struct MeshPart {
   MeshKind kind = MeshKind::kBody;
   TriangleMesh mesh;                        ///< Station frame, mm.
+  std::vector<Eigen::Vector3d> normals;     ///< Unit, one per vertex, or empty: VertexNormals of the part.
   std::vector<Knowledge> knowledge;         ///< One per vertex, or empty: measured.
   std::array<float, 4> colour{1, 1, 1, 1};  ///< Linear sRGB and opacity, each 0 … 1.
 };
 
 /// Parts in the binary form of docs/console_api.md §7 ("Mesh"): little-endian, positions and normals as float32 with
-/// VertexNormals of each part, so that edges between parts stay sharp. Requires fewer than 2^32 vertices and faces,
-/// indices within each part, and knowledge of each vertex or of none.
+/// normals of each part alone, so that edges between parts stay sharp. Requires fewer than 2^32 vertices and faces,
+/// indices within each part, and knowledge and normals of each vertex or of none.
 [[nodiscard]] std::string MeshBytes(const std::vector<MeshPart>& parts);
 
 /// What the media type of these bytes is.
