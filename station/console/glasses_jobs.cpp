@@ -160,6 +160,12 @@ ApiResult GlassesJobs::Rank(const ApiRequest& request) {
 
 namespace {
 
+/// Whether the customer has said that the body may be shown.
+bool IsReleased(const ScanRow& scan) {
+  const Json summary = Json::parse(scan.summary_json, nullptr, false);
+  return summary.is_object() && summary.value("released", Json()) == true;
+}
+
 /// How a picture is taken, as arguments of `annulus render`.
 tl::expected<std::vector<std::string>, ApiError> PictureArguments(const nlohmann::json& body) {
   const auto view = OptionalText(body, "view", 32);
@@ -189,6 +195,11 @@ tl::expected<std::vector<std::string>, ApiError> PictureArguments(const nlohmann
 }  // namespace
 
 ApiResult GlassesJobs::Picture(const ApiRequest& request) {
+  const auto scan = context_.store.GetScan(ScanIn(request));
+  if (!scan) return Refuse(404, scan);
+  if (!IsReleased(*scan)) {
+    return Refuse(403, {"draw " + scan->id, "the customer has not released it", "ask the customer, then release it"});
+  }
   if (const auto known =
           OnlyKeys(request.body, {"worn", "design", "look", "view", "size", "method", "samples", "light"});
       !known) {

@@ -14,16 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* StateName(JobState state) {
-  constexpr const char* kNames[]{"waiting", "running", "done", "failed", "cancelled"};
-  return kNames[static_cast<std::size_t>(state)];
-}
-
 Json JobJson(const JobStatus& job) {
   Json json{{"id", job.id},
             {"kind", job.kind},
             {"subject", job.subject},
-            {"state", StateName(job.state)},
+            {"state", JobStateName(job.state)},
             {"stage", job.stage},
             {"share", job.share},
             {"eta_s", job.eta_s ? Json(*job.eta_s) : Json()},
