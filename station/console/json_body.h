@@ -1,0 +1,23 @@
+#pragma once
+
+#include <initializer_list>
+#include <nlohmann/json_fwd.hpp>
+#include <string_view>
+
+#include "station/console/route.h"
+
+namespace annulus {
+
+/// Deepest nesting of objects and lists that is read.
+inline constexpr int kMaxJsonDepth = 16;
+
+/// The JSON object in `text`; an empty object if there is no text. 400 if it is nested deeper than kMaxJsonDepth (found
+/// before it is parsed, so that depth costs no stack), no JSON, no UTF-8, has a key twice (two readers might each take
+/// another one), or is no object.
+[[nodiscard]] tl::expected<nlohmann::json, ApiError> ParseJsonObject(std::string_view text);
+
+/// 400 with the name of a key of `body` that is not among `known`.
+[[nodiscard]] tl::expected<void, ApiError> CheckKeys(const nlohmann::json& body,
+                                                     std::initializer_list<std::string_view> known);
+
+}  // namespace annulus
