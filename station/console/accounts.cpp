@@ -18,9 +18,9 @@ Error NoSuchUser(const std::string& attempted) { return {attempted, "there is no
 
 bool IsUserName(std::string_view name) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
-                  c == '.';
-         });
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
+           c == '.';
+  });
 }
 
 std::string Accounts::HashFor(const User& user, const LoginAttempt& attempt, std::string& why) {
@@ -71,6 +71,17 @@ tl::expected<User, LoginRefusal> Accounts::LogIn(const LoginAttempt& attempt) {
     Log(LogLevel::kWarning, "console: " + noted.error().Text());  // a store that is read-only keeps nobody out
   }
   return std::move(*user);
+}
+
+tl::expected<void, LoginRefusal> Accounts::IsPassword(const std::string& user, const std::string& password,
+                                                      const std::string& peer, bool loopback) {
+  if (const auto wait = guard_.Begin(user, peer, loopback)) {
+    return tl::unexpected(LoginRefusal{*wait, "too many tries"});
+  }
+  const auto hash = store_.Secret(user, "password");
+  if (!VerifyPassword(hash ? *hash : "", password)) return tl::unexpected(LoginRefusal{{}, "wrong password"});
+  guard_.Succeeded(user, loopback);
+  return {};
 }
 
 Result<bool> Accounts::Empty() {

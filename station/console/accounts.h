@@ -20,7 +20,7 @@ class Store;
 /// Somebody asks to be let in: with a password, or a PIN.
 struct LoginAttempt {
   std::string user;
-  std::string secret;     ///< Password or PIN.
+  std::string secret;  ///< Password or PIN.
   bool is_pin = false;
   std::string totp;       ///< "" if none was given.
   bool loopback = false;  ///< On the booth's own screen.
@@ -43,6 +43,10 @@ class Accounts {
   /// admins need their second factor, and everybody who has one; an account of theirs without one is not let in.
   /// Takes the same time for a user who is not there.
   [[nodiscard]] tl::expected<User, LoginRefusal> LogIn(const LoginAttempt& attempt);
+
+  /// Whether this is the password of somebody who is logged in; counts as a try.
+  [[nodiscard]] tl::expected<void, LoginRefusal> IsPassword(const std::string& user, const std::string& password,
+                                                            const std::string& peer, bool loopback);
 
   /// There is not a single user: the station waits to be set up.
   [[nodiscard]] Result<bool> Empty();
