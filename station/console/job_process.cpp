@@ -223,6 +223,7 @@ Result<std::string> RunProcess(const ProcessOrder& order, const std::stop_token&
   }
   const int state = child.Wait();
   if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return printed;
+  if (WIFEXITED(state) && WEXITSTATUS(state) == order.answer_code && !printed.empty()) return printed;
   return tl::unexpected(FailureOf(state, complaints, ending.overdue()));
 }
 

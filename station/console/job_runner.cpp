@@ -191,7 +191,7 @@ class Runner final : public JobRunner {
       status.share = std::max(status.share, begin / steps);
       status.eta_s.reset();
     });
-    ProcessOrder order{program_, {"--progress", "json"}, job.request.folder, Limits(), deadline};
+    ProcessOrder order{program_, {"--progress", "json"}, job.request.folder, Limits(), one.answer_code, deadline};
     order.arguments.insert(order.arguments.end(), one.arguments.begin(), one.arguments.end());
     StepShare share;
     const auto printed = RunProcess(order, job.stop.get_token(), [&](const ProcessProgress& progress) {

@@ -18,6 +18,8 @@ namespace annulus {
 struct JobStep {
   std::string stage;                   ///< For people: "fit the surface".
   std::vector<std::string> arguments;  ///< Of `annulus`, without the program's name.
+  /// With this exit code what it printed is an answer all the same ("a problem was found"); 0: there is no such code.
+  int answer_code = 0;
 };
 
 /// Long work in processes of its own (of lower priority, with limits of memory and time), so that whatever becomes of

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "modeling/landmarks/landmark.h"
+#include "station/console/glasses_wearer.h"
 #include "station/loaded_model.h"
 
 namespace annulus {
@@ -16,6 +17,8 @@ struct OpenModel {
   std::string artefact_id;  ///< Of the model; changes when it was fitted again.
   LoadedModel loaded;
   Landmarks landmarks;  ///< As they are now: found, and moved by hand.
+  /// The head as the designer works on it; it ends with the model.
+  std::shared_ptr<GlassesWearerSlot> wearer = std::make_shared<GlassesWearerSlot>();
 };
 
 /// The few models that were used last, opened. At most four, dropped after five minutes and at the end of a visit: what
