@@ -164,6 +164,7 @@ Result<ConsoleServerOptions> ReadOptions(const ServeCommand& command, CommandIo&
     return Fail("serve " + command.config, "it does not say where the store is", "give folder in [store], or --folder");
   }
   options.folder = std::filesystem::absolute(options.folder).string();
+  options.config.store.folder = options.folder;
   if (options.config.store.recordings.empty()) options.config.store.recordings = options.folder + "/recordings";
   if (options.config.store.key_file.empty()) options.config.store.key_file = StationKeyFile(options);
   options.remote = options.config.console.addresses;

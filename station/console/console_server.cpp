@@ -110,7 +110,7 @@ class Server final : public ConsoleServer {
   }
 
   void Tick() override {
-    for (const std::string& ended : sessions_.CloseExpired()) live_->End(ended, "not used for too long");
+    for (const std::string& ended : sessions_.CloseExpired()) EndSession(*live_, ended, "not used for too long");
     const std::string problem = store_->problem();
     if (problem != last_problem_) {
       last_problem_ = problem;

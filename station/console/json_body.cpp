@@ -1,6 +1,5 @@
 #include "station/console/json_body.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -51,16 +50,6 @@ tl::expected<nlohmann::json, ApiError> ParseJsonObject(std::string_view text) {
   if (twice) return BadBody("a key is there twice", "send every key once");
   if (!json.is_object()) return BadBody("it is JSON, but no object", "send a JSON object");
   return json;
-}
-
-tl::expected<void, ApiError> CheckKeys(const nlohmann::json& body, std::initializer_list<std::string_view> known) {
-  for (const auto& [key, value] : body.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    std::string names;
-    for (const std::string_view name : known) names.append(names.empty() ? "" : ", ").append(name);
-    return BadField(key, "there is no such key here", names.empty() ? "send {}" : "use " + names);
-  }
-  return {};
 }
 
 }  // namespace annulus

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <string_view>
 
@@ -15,9 +14,5 @@ inline constexpr int kMaxJsonDepth = 16;
 /// before it is parsed, so that depth costs no stack), no JSON, no UTF-8, has a key twice (two readers might each take
 /// another one), or is no object.
 [[nodiscard]] tl::expected<nlohmann::json, ApiError> ParseJsonObject(std::string_view text);
-
-/// 400 with the name of a key of `body` that is not among `known`.
-[[nodiscard]] tl::expected<void, ApiError> CheckKeys(const nlohmann::json& body,
-                                                     std::initializer_list<std::string_view> known);
 
 }  // namespace annulus

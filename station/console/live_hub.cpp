@@ -71,13 +71,11 @@ class Hub final : public LiveHub {
     if (!session_id.empty()) SendIf(message, [&](const Member& one) { return one.caller.session_id == session_id; });
   }
 
-  void End(const std::string& session_id, const std::string& reason) override {
+  void End(const std::string& session_id) override {
     if (session_id.empty()) return;
     const auto members = Members([&](const Member& one) { return one.caller.session_id == session_id; });
-    const auto text = Encoded({{"type", "session_ended"}, {"reason", reason}});
     for (const auto& [peer, member] : members) {
       Leave(peer);  // whatever becomes of the goodbye, nothing more is sent to it
-      peer->SendText(text);
       peer->Close(kCloseSessionEnded, "session ended");
     }
   }
@@ -110,6 +108,15 @@ class Hub final : public LiveHub {
 };
 
 }  // namespace
+
+void LiveHub::Subscribe(const std::shared_ptr<WebSocketPeer>& /*peer*/, int /*sensor_step*/) {}
+
+void LiveHub::SendToSession(const std::string& /*session_id*/, const Json& /*message*/) {}
+
+void EndSession(LiveHub& live, const std::string& session_id, const std::string& reason) {
+  live.SendToSession(session_id, {{"type", "session_ended"}, {"reason", reason}});
+  live.End(session_id);
+}
 
 std::unique_ptr<LiveHub> LiveHub::Make() { return std::make_unique<Hub>(); }
 

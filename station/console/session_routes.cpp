@@ -7,10 +7,10 @@
 #include "station/console/console_audit.h"
 #include "station/console/console_context.h"
 #include "station/console/console_frame.h"
-#include "station/console/json_body.h"
 #include "station/console/live_hub.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_gate.h"
+#include "station/console/request_keys.h"
 #include "station/console/sessions.h"
 #include "station/devices.h"
 #include "station/store/store.h"
@@ -67,7 +67,7 @@ ApiResult GetSession(const Desk& desk, const ApiRequest& request) {
 }
 
 ApiResult Setup(const Desk& desk, const ApiRequest& request) {
-  if (auto known = CheckKeys(request.body, {"user", "password"}); !known) return tl::unexpected(known.error());
+  if (auto known = OnlyKeys(request.body, {"user", "password"}); !known) return tl::unexpected(known.error());
   const auto user = TextField(request.body, "user", kLongestName);
   if (!user) return tl::unexpected(user.error());
   const auto password = TextField(request.body, "password", kLongestSecret);
@@ -81,7 +81,7 @@ ApiResult Setup(const Desk& desk, const ApiRequest& request) {
 }
 
 tl::expected<LoginAttempt, ApiError> ReadAttempt(const ApiRequest& request) {
-  if (auto known = CheckKeys(request.body, {"user", "password", "pin", "totp"}); !known) {
+  if (auto known = OnlyKeys(request.body, {"user", "password", "pin", "totp"}); !known) {
     return tl::unexpected(known.error());
   }
   LoginAttempt attempt;
@@ -122,7 +122,7 @@ ApiResult LogIn(const Desk& desk, const ApiRequest& request) {
   if (!user) return RefuseLogin(desk, request.caller, user.error());
   if (!request.caller.session_id.empty()) {  // whoever was logged in here is no longer
     desk.frame.sessions.Close(request.caller.session_id);
-    desk.context.live.End(request.caller.session_id, "somebody else has logged in");
+    EndSession(desk.context.live, request.caller.session_id, "somebody else has logged in");
   }
   const Sessions::Opened opened = desk.frame.sessions.Open(user->name, user->role, request.caller.loopback);
   Caller caller = request.caller;
@@ -144,17 +144,17 @@ void EndVisit(const Desk& desk, const Caller& caller) {
 }
 
 ApiResult LogOut(const Desk& desk, const ApiRequest& request) {
-  if (auto known = CheckKeys(request.body, {}); !known) return tl::unexpected(known.error());
+  if (auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
   EndVisit(desk, request.caller);
   desk.frame.sessions.Close(request.caller.session_id);
-  desk.context.live.End(request.caller.session_id, "logged out");
+  EndSession(desk.context.live, request.caller.session_id, "logged out");
   HttpResponse response = JsonAnswer(Json::object());
   response.headers.emplace_back("Set-Cookie", SessionCookieHeader("") + "; Max-Age=0");
   return response;
 }
 
 ApiResult ChangePassword(const Desk& desk, const ApiRequest& request) {
-  if (auto known = CheckKeys(request.body, {"old", "new"}); !known) return tl::unexpected(known.error());
+  if (auto known = OnlyKeys(request.body, {"old", "new"}); !known) return tl::unexpected(known.error());
   const auto old = TextField(request.body, "old", kLongestSecret);
   if (!old) return tl::unexpected(old.error());
   const auto fresh = TextField(request.body, "new", kLongestSecret);
@@ -166,7 +166,7 @@ ApiResult ChangePassword(const Desk& desk, const ApiRequest& request) {
   const Status set = desk.frame.accounts.SetPassword(request.caller.user, *fresh);
   if (!set) return tl::unexpected(ApiError{400, set.error(), "new"});
   for (const std::string& ended : desk.frame.sessions.CloseOf(request.caller.user, request.caller.session_id)) {
-    desk.context.live.End(ended, "the password was changed");
+    EndSession(desk.context.live, ended, "the password was changed");
   }
   return JsonAnswer(Json::object());
 }
@@ -196,7 +196,7 @@ void AddSessionRoutes(RouteTable& table, ConsoleContext& context, ConsoleFrame& 
   table.Add({"POST", "/api/stop", kEverybody, false, "stop", "", [desk](const ApiRequest&) { return Stop(desk); }});
   table.Add(
       {"POST", "/api/visit/end", kOperators, false, "visit end", "", [desk](const ApiRequest& request) -> ApiResult {
-         if (auto known = CheckKeys(request.body, {}); !known) return tl::unexpected(known.error());
+         if (auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
          EndVisit(desk, request.caller);
          return JsonAnswer(Json::object());
        }});
