@@ -6,9 +6,9 @@
 
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/table/table.h"
+#include "station/console/job_folder.h"
 #include "station/console/job_runner.h"
 #include "station/console/model_cache.h"
-#include "station/console/scan_json.h"
 #include "station/console/scan_measurements.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"
@@ -47,7 +47,7 @@ Result<Json> KeepFit(ConsoleContext& context, const std::string& scan_id, const 
   if (!reported) return Fail(reported);
   context.models.Drop(scan_id);
   RETURN_IF_ERROR(KeepMeasurements(context, scan_id));
-  return Json{{"scan_id", scan_id}, {"model", ArtefactToJson(*kept)}};
+  return Json{{"scan_id", scan_id}, {"model", ArtefactJson(*kept)}};
 }
 
 }  // namespace
