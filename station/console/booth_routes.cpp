@@ -8,6 +8,7 @@
 #include "station/console/booth_link_json.h"
 #include "station/console/booth_words.h"
 #include "station/console/console_context.h"
+#include "station/console/request_keys.h"
 #include "station/console/route_errors.h"
 #include "station/console/scan_tickets.h"
 #include "station/store/store.h"
@@ -27,7 +28,7 @@ ApiResult AnswerOf(const BoothLink& booth, const Status& outcome) {
 
 /// An order without anything in its body.
 ApiResult Simply(BoothLink& booth, const ApiRequest& request, const BoothOrder& order) {
-  if (auto unknown = UnknownKey(request.body, {})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
   return AnswerOf(booth, booth.Ask(order));
 }
 
@@ -67,9 +68,8 @@ struct ArmBody {
 tl::expected<ArmBody, ApiError> ReadArm(const ApiRequest& request) {
   constexpr double kLowest = 300.0;
   constexpr double kHighest = 2500.0;
-  if (auto unknown = UnknownKey(request.body, {"customer_id", "consent_id", "profile", "height_mm"})) {
-    return tl::unexpected(std::move(*unknown));
-  }
+  if (const auto known = OnlyKeys(request.body, {"customer_id", "consent_id", "profile", "height_mm"}); !known)
+    return tl::unexpected(known.error());
   ArmBody body;
   for (const auto& [name, into] :
        {std::pair("customer_id", &body.ticket.customer_id), std::pair("consent_id", &body.ticket.consent_id),
@@ -105,6 +105,7 @@ ApiResult Arm(ConsoleContext& context, ScanTickets& tickets, const ApiRequest& r
   ArmOrder order;
   order.profile = ticket->profile;
   if (body->height_mm) order.height = Millimetres(*body->height_mm);
+  if (!body->height_mm && customer->height_mm) order.height = Millimetres(*customer->height_mm);
   order.out = ticket->recording();
   order.subject_id = ticket->customer_id;
   order.consent = ticket->consent_id;
@@ -117,7 +118,7 @@ ApiResult Arm(ConsoleContext& context, ScanTickets& tickets, const ApiRequest& r
 
 /// Of two that were given for the same state one is carried out (fault rows N2, N3); boothd alone decides.
 ApiResult Start(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {"version"})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {"version"}); !known) return tl::unexpected(known.error());
   const auto version = NumberField(request.body, "version", 0.0, kLargestVersion);
   if (!version) return tl::unexpected(version.error());
   if (*version != static_cast<double>(static_cast<std::uint64_t>(*version))) {
@@ -127,14 +128,14 @@ ApiResult Start(ConsoleContext& context, const ApiRequest& request) {
 }
 
 ApiResult Acknowledge(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
   const bool technician = request.caller.role == StationRole::kTechnician;
   return AnswerOf(context.booth, technician ? context.booth.AskAsTechnician(AcknowledgeOrder{})
                                             : context.booth.Ask(AcknowledgeOrder{}));
 }
 
 ApiResult Jog(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {"direction"})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {"direction"}); !known) return tl::unexpected(known.error());
   const auto direction = TextField(request.body, "direction", 8);
   if (!direction) return tl::unexpected(direction.error());
   if (*direction != "up" && *direction != "down") {
@@ -160,7 +161,7 @@ void AddBoothRoutes(RouteTable& table, ConsoleContext& context) {
              [&context](const ApiRequest& request) { return Start(context, request); }});
   table.Add({"POST", "/api/booth/cancel", kOperatorsTechnicians, false, "cancel", "",
              [&context](const ApiRequest& request) -> ApiResult {
-               if (auto unknown = UnknownKey(request.body, {})) return tl::unexpected(std::move(*unknown));
+               if (const auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
                return AnswerOf(context.booth, context.booth.Cancel());
              }});
   table.Add({"POST", "/api/booth/acknowledge", kOperatorsTechnicians, false, "acknowledge", "",

@@ -11,6 +11,7 @@
 #include "station/console/console_context.h"
 #include "station/console/customer_export.h"
 #include "station/console/model_cache.h"
+#include "station/console/request_keys.h"
 #include "station/console/route_errors.h"
 #include "station/console/scan_json.h"
 #include "station/store/store.h"
@@ -79,9 +80,8 @@ tl::expected<void, ApiError> TakePrescription(const nlohmann::json& body, Custom
 tl::expected<Customer, ApiError> ReadCustomer(const nlohmann::json& body, Customer customer) {
   constexpr double kLowest = 300.0;
   constexpr double kHighest = 2500.0;
-  if (auto unknown = UnknownKey(body, {"name", "contact", "note", "height_mm", "prescription"})) {
-    return tl::unexpected(std::move(*unknown));
-  }
+  if (const auto known = OnlyKeys(body, {"name", "contact", "note", "height_mm", "prescription"}); !known)
+    return tl::unexpected(known.error());
   for (const auto& taken :
        {TakeText(body, "name", kNameBytes, customer.name), TakeText(body, "contact", kNameBytes, customer.contact),
         TakeText(body, "note", kNoteBytes, customer.note), TakePrescription(body, customer)}) {
@@ -165,9 +165,8 @@ tl::expected<std::vector<std::string>, ApiError> ReadPurposes(const nlohmann::js
 }
 
 ApiResult AddConsent(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {"purposes", "text_version", "language", "agreed"})) {
-    return tl::unexpected(std::move(*unknown));
-  }
+  if (const auto known = OnlyKeys(request.body, {"purposes", "text_version", "language", "agreed"}); !known)
+    return tl::unexpected(known.error());
   const auto customer = context.store.GetCustomer(request.path.at("customer"));
   if (!customer) return NotThere(customer.error());
   Consent consent;
@@ -195,7 +194,7 @@ ApiResult AddConsent(ConsoleContext& context, const ApiRequest& request) {
 }
 
 ApiResult WithdrawConsent(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
   if (const Status withdrawn = context.store.WithdrawConsent(request.path.at("consent")); !withdrawn) {
     return NotThere(withdrawn.error());
   }
@@ -203,7 +202,7 @@ ApiResult WithdrawConsent(ConsoleContext& context, const ApiRequest& request) {
 }
 
 ApiResult EraseCustomer(ConsoleContext& context, const ApiRequest& request) {
-  if (auto unknown = UnknownKey(request.body, {"confirm"})) return tl::unexpected(std::move(*unknown));
+  if (const auto known = OnlyKeys(request.body, {"confirm"}); !known) return tl::unexpected(known.error());
   const std::string& id = request.path.at("customer");
   const auto confirm = TextField(request.body, "confirm", 64);
   if (!confirm) return tl::unexpected(confirm.error());

@@ -222,7 +222,8 @@ Result<std::string> RunProcess(const ProcessOrder& order, const std::stop_token&
     ending.Look(child);
   }
   const int state = child.Wait();
-  if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return printed;
+  const bool answered = WIFEXITED(state) && (WEXITSTATUS(state) == 0 || WEXITSTATUS(state) == order.answer_code);
+  if (answered) return printed;
   if (WIFEXITED(state) && WEXITSTATUS(state) == order.answer_code && !printed.empty()) return printed;
   return tl::unexpected(FailureOf(state, complaints, ending.overdue()));
 }

@@ -34,13 +34,4 @@ Json ScanToJson(Store& store, const ScanRow& scan, StationRole who) {
   return json;
 }
 
-Json ArtefactToJson(const Artefact& artefact) {
-  return {{"id", artefact.id},
-          {"kind", artefact.kind},
-          {"name", artefact.name},
-          {"derived", artefact.derived},
-          {"made_ms", artefact.made.count()},
-          {"bytes", artefact.bytes}};
-}
-
 }  // namespace annulus

@@ -11,8 +11,6 @@ class Store;
 
 /// `scan` of docs/console_api.md §7; without ids of people unless `who` is an operator.
 [[nodiscard]] nlohmann::ordered_json ScanToJson(Store& store, const ScanRow& scan, StationRole who);
-/// `artefact` of §7.
-[[nodiscard]] nlohmann::ordered_json ArtefactToJson(const Artefact& artefact);
 /// The summary of a scan as it is kept; {} if there is none.
 [[nodiscard]] nlohmann::ordered_json SummaryOf(const ScanRow& scan);
 
