@@ -64,9 +64,14 @@ export function lampOf(view: BoothView): 'green' | 'yellow' | 'red' | 'off' {
 
 /** Follows the live line; in another language the words are asked for again. Called once. */
 export function watchBooth(): void {
+  let toldWords = '';
   on('status', (message) => {
-    const told = message as unknown as BoothView & { language?: string };
-    booth.set({ ...booth.value, ...told, booth: told.booth ?? booth.value.booth ?? null });
+    const told = message as unknown as BoothView;
+    // The line speaks the station's language; words of ours are asked for when they have changed.
+    const words = JSON.stringify(told.plain);
+    if (words !== toldWords) void refreshBooth();
+    toldWords = words;
+    booth.set({ connected: told.connected, why: told.why, status: told.status, plain: booth.value.plain ?? told.plain, booth: told.booth ?? booth.value.booth ?? null });
   });
   connected.watch((yes) => {
     if (yes) void refreshBooth();

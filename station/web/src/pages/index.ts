@@ -1,6 +1,7 @@
 // All pages. Their code is loaded when they are opened, so that the first one is there at once; what has a title is in
 // the navigation, in this order, for those who may open it, and the first of them is where a role begins.
 import type { PageEntry } from '../core/router';
+import { tOperator } from '../words/operator';
 
 export const loginEntry: PageEntry = {
   path: '/login',
@@ -11,6 +12,16 @@ export const loginEntry: PageEntry = {
 
 export const pages: PageEntry[] = [
   // Operator.
+  { path: '/visit', roles: ['operator'], title: () => tOperator('nav_visit'), load: async () => (await import('./operator/start')).startPage },
+  { path: '/visit/customer', roles: ['operator'], title: null, load: async () => (await import('./operator/customer')).customerPage },
+  { path: '/visit/consent', roles: ['operator'], title: null, load: async () => (await import('./operator/consent')).consentPage },
+  { path: '/visit/checks', roles: ['operator'], title: null, load: async () => (await import('./operator/checks')).checksPage },
+  { path: '/visit/stand', roles: ['operator'], title: null, load: async () => (await import('./operator/stand')).standPage },
+  { path: '/visit/scan', roles: ['operator'], title: null, load: async () => (await import('./operator/scan')).scanPage },
+  { path: '/scans/:scan', roles: ['operator'], title: null, load: async () => (await import('./operator/verdict')).verdictPage },
+  { path: '/scans/:scan/measurements', roles: ['operator'], title: null, load: async () => (await import('./operator/measurements')).measurementsPage },
+  { path: '/scans/:scan/handover', roles: ['operator'], title: null, load: async () => (await import('./operator/handover')).handoverPage },
+  { path: '/customers/:customer', roles: ['operator'], title: null, load: async () => (await import('./operator/record')).recordPage },
   // Glasses and measuring by hand.
   // Technician and developer.
   // Admin.
