@@ -34,7 +34,7 @@ export class GrowingBody {
     this.#floor = floorMarks(ringRadius_mm);
     viewer.add(this.#ring);
     viewer.add(this.#floor);
-    viewer.setCamera({ azimuth_deg: 62, elevation_deg: 8, distance_mm: 5200, target: [0, 0, 930] });
+    viewer.setCamera({ azimuth_deg: 62, elevation_deg: 8, distance_mm: 4700, target: [0, 0, 900] });
   }
 
   get levels(): number {

@@ -52,6 +52,21 @@ describe('the surface of a cylinder', () => {
   });
 });
 
+describe('triangles', () => {
+  it('are counter-clockwise from outside, whether the ring goes up or down', () => {
+    for (const heights of [[0, 5], [5, 0]]) {
+      const surface = new RingSurface(180, 2);
+      for (const z_mm of heights) surface.add(ring(200, z_mm));
+      for (let k = 0; k < surface.indices; k += 3) {
+        const [a, b, c] = [0, 1, 2].map((corner) => cornerOf(surface, surface.triangles[k + corner] ?? 0)) as [number[], number[], number[]];
+        const [ux, uy, uz, vx, vy, vz] = [0, 1, 2].map((axis) => (b[axis] ?? 0) - (a[axis] ?? 0)).concat([0, 1, 2].map((axis) => (c[axis] ?? 0) - (a[axis] ?? 0))) as [number, number, number, number, number, number];
+        const outwards = (uy * vz - uz * vy) * (a[0] ?? 0) + (uz * vx - ux * vz) * (a[1] ?? 0);
+        expect(outwards).toBeGreaterThan(0);
+      }
+    }
+  });
+});
+
 describe('what is not joined', () => {
   it('are levels of two sweeps, levels far apart, and readings that saw nothing', () => {
     for (const second of [ring(200, 5, 180, 1), ring(200, 100), ring(null, 5)]) {
@@ -89,11 +104,14 @@ describe('the veil', () => {
   });
 });
 
+function cornerOf(surface: RingSurface, index: number): number[] {
+  return [0, 1, 2].map((axis) => surface.positions[3 * index + axis] ?? 0);
+}
+
 function areaOf(surface: RingSurface): number {
-  const at = (index: number) => [0, 1, 2].map((axis) => surface.positions[3 * index + axis] ?? 0);
   let area = 0;
   for (let k = 0; k < surface.indices; k += 3) {
-    const [a, b, c] = [0, 1, 2].map((corner) => at(surface.triangles[k + corner] ?? 0)) as [number[], number[], number[]];
+    const [a, b, c] = [0, 1, 2].map((corner) => cornerOf(surface, surface.triangles[k + corner] ?? 0)) as [number[], number[], number[]];
     const u = b.map((value, axis) => value - (a[axis] ?? 0)) as [number, number, number];
     const v = c.map((value, axis) => value - (a[axis] ?? 0)) as [number, number, number];
     area += Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;

@@ -94,7 +94,9 @@ export class RingSurface {
     if (radii.some((radius) => radius === null || radius === undefined)) return;
     const known = radii as number[];
     if (Math.max(...known) - Math.min(...known) > kLargestStep_mm) return;
-    this.triangles.set([firstA + k, firstA + next, firstB + k, firstA + next, firstB + next, firstB + k], this.indices);
+    // Counter-clockwise from outside, whether the ring goes up or down.
+    const [low, high] = b.z_mm >= a.z_mm ? [firstA, firstB] : [firstB, firstA];
+    this.triangles.set([low + k, low + next, high + k, low + next, high + next, high + k], this.indices);
     this.indices += 6;
   }
 

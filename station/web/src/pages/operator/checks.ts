@@ -19,11 +19,11 @@ export const checksPage: Page = {
     const frame = stepFrame(root, { step: 'step_booth', title: t('checks_title'), back: '/visit/consent' });
     const profiles = h('div', { class: 'choices', role: 'radiogroup', 'aria-label': t('checks_profile') });
     const list = h('ul', { class: 'checks', 'aria-live': 'polite' });
-    const home = button(t('checks_home'), () => post('/api/booth/home'), { large: true });
-    const homeNote = h('div', { class: 'note warn stack' }, h('p', null, t('checks_home_text')), h('div', null, home));
-    replace(frame.content, h('h2', null, t('checks_profile')), profiles, h('h2', null, t('checks_booth')), list, homeNote);
+    const home = button(t('checks_home'), () => post('/api/booth/home'), { kind: 'primary', large: true });
+    const homeNote = h('p', { class: 'note warn' }, t('checks_home_text'));
+    replace(frame.content, h('h2', null, t('checks_profile')), profiles, h('h2', null, t('checks_booth')), homeNote, list);
     const next = button(t('next'), () => navigate('/visit/stand'), { kind: 'primary', large: true });
-    replace(frame.actions, next);
+    replace(frame.actions, home, next);
     void refreshBooth();
     let drawnProfiles = '';
     const end = booth.watch((view) => {
@@ -33,7 +33,9 @@ export const checksPage: Page = {
         drawProfiles(profiles, offered);
       }
       drawChecks(list, view);
-      homeNote.hidden = !(view.status && view.status.state === 'IDLE' && !view.status.homed);
+      const toHome = view.connected && view.status !== null && view.status.state === 'IDLE' && !view.status.homed;
+      homeNote.hidden = home.hidden = !toHome;
+      next.hidden = toHome;
       next.disabled = !canGoOn(view);
     });
     return () => {

@@ -30,7 +30,7 @@ export const scanPage: Page = {
     const frame = stepFrame(root, { step: 'step_scan', title: t('scan_title'), back: '/visit/stand' });
     const steps = new ScanSteps(frame);
     const sound = soundSwitch();
-    frame.content.before(h('div', { class: 'row end' }, sound.root));
+    replace(frame.tools, sound.root);
     const ends = [booth.watch((view) => steps.follow(view)), on('scan_result', (message) => steps.ended(message as unknown as ScanResultMessage)), frame.end, sound.end];
     tell({ type: 'subscribe', sensor_step: 1 });
     void refreshBooth();

@@ -26,9 +26,10 @@ export const standPage: Page = {
     if (visit.value.profile === 'head') rules.unshift(t('stand_rule_head'));
     const settle = h('div', { class: 'settle stack' });
     const sound = soundSwitch();
+    replace(frame.tools, sound.root);
     replace(
       frame.content,
-      h('div', { class: 'columns' }, h('div', { class: 'card' }, standDrawing()), h('div', { class: 'stack' }, h('ol', { class: 'rules' }, ...rules.map((rule) => h('li', null, rule))), sound.root, settle)),
+      h('div', { class: 'columns' }, h('div', { class: 'card' }, standDrawing()), h('div', { class: 'stack' }, h('ol', { class: 'rules' }, ...rules.map((rule) => h('li', null, rule))), settle)),
     );
     const arm = () => armScan();
     let timer: { end: () => void } = { end: () => {} };

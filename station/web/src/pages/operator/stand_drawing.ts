@@ -3,7 +3,7 @@ import { svg } from '../../core/dom';
 import { tOperator as t } from '../../words/operator';
 
 const kBody =
-  'M200 62a27 31 0 1 1 .1 0z ' + // head
+  'M200 90a27 33 0 1 1 .1 0z M186 78h28v34q0 14-14 14t-14-14z ' + // head and neck
   'M187 118q-2 14-14 19l-22 8q-18 6-26 24L84 262q-5 12 5 17t16-6l46-84 6 52q-8 44-6 74l6 92q2 26 8 60l2 22h20l4-70 13-102 ' +
   '13 102 4 70h20l2-22q6-34 8-60l6-92q2-30-6-74l6-52 46 84q6 11 16 6t5-17l-41-93q-8-18-26-24l-22-8q-12-5-14-19z';
 
@@ -14,7 +14,7 @@ export function standDrawing(): SVGElement {
   ];
   return svg(
     'svg',
-    { viewBox: '0 0 560 560', class: 'stand-drawing', role: 'img', 'aria-label': t('stand_drawing') },
+    { viewBox: '0 0 640 560', class: 'stand-drawing', role: 'img', 'aria-label': t('stand_drawing') },
     // Floor and foot marks.
     svg('ellipse', { cx: 200, cy: 503, rx: 176, ry: 40, class: 'floor' }),
     svg('ellipse', { cx: 172, cy: 506, rx: 18, ry: 11, class: 'mark' }),
@@ -25,7 +25,7 @@ export function standDrawing(): SVGElement {
     svg('path', { d: 'M24 250a176 40 0 0 0 352 0', class: 'ring' }),
     // The way of the ring.
     svg('path', { d: 'M392 150v200m0 0l-9-16m9 16l9-16M392 150l-9 16m9-16l9 16', class: 'arrow' }),
-    ...label(300, 70, t('stand_look'), 222, 62),
+    ...label(300, 90, t('stand_look'), 224, 82),
     ...label(420, 256, t('stand_ring'), 376, 250),
     ...label(338, 396, t('stand_arms'), 300, 300),
     ...label(338, 470, t('stand_feet'), 246, 504),

@@ -22,6 +22,8 @@ export interface StepLook {
 export interface StepFrame {
   /** Where the step puts its content. */
   content: HTMLElement;
+  /** Beside the title: switches of the step. */
+  tools: HTMLElement;
   /** Buttons on the right of the foot: the way on. */
   actions: HTMLElement;
   /** Ends what the frame watches. */
@@ -34,13 +36,14 @@ export function stepFrame(root: HTMLElement, look: StepLook): StepFrame {
   const actions = h('div', { class: 'row end' });
   const foot = h('div', { class: 'row' }, look.back ? linkButton(t('back'), look.back) : null, button(t('end_visit'), askEnd, { kind: 'quiet' }));
   const who = visit.value.customer?.name;
+  const tools = h('div', { class: 'row' });
   replace(
     root,
     h(
       'div',
       { class: 'step' },
       stepList(look.step),
-      h('div', { class: 'row spread' }, h('h1', null, look.title), who ? h('span', { class: 'badge' }, who) : null),
+      h('div', { class: 'row spread' }, h('h1', null, look.title), h('div', { class: 'row' }, tools, who ? h('span', { class: 'badge' }, who) : null)),
       fault,
       content,
       h('div', { class: 'row spread step-foot' }, foot, actions),
@@ -55,7 +58,7 @@ export function stepFrame(root: HTMLElement, look: StepLook): StepFrame {
     }
     content.hidden = actions.hidden = faulty && look.faultInstead === true;
   });
-  return { content, actions, end };
+  return { content, tools, actions, end };
 }
 
 function stepList(now: Step): HTMLElement {
