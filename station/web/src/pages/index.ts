@@ -1,6 +1,7 @@
 // All pages. Their code is loaded when they are opened, so that the first one is there at once; what has a title is in
 // the navigation, in this order, for those who may open it, and the first of them is where a role begins.
 import type { PageEntry } from '../core/router';
+import { tAdmin } from '../words/admin';
 import { tOperator } from '../words/operator';
 
 export const loginEntry: PageEntry = {
@@ -25,4 +26,9 @@ export const pages: PageEntry[] = [
   // Glasses and measuring by hand.
   // Technician and developer.
   // Admin.
+  { path: '/admin/users', roles: ['admin'], title: () => tAdmin('nav_users'), load: async () => (await import('./admin/users')).usersPage },
+  { path: '/admin/retention', roles: ['admin'], title: () => tAdmin('nav_retention'), load: async () => (await import('./admin/retention')).retentionPage },
+  { path: '/admin/backup', roles: ['admin'], title: () => tAdmin('nav_backup'), load: async () => (await import('./admin/backup')).backupPage },
+  { path: '/admin/audit', roles: ['admin'], title: () => tAdmin('nav_audit'), load: async () => (await import('./admin/audit')).auditPage },
+  { path: '/admin/store', roles: ['admin'], title: () => tAdmin('nav_store'), load: async () => (await import('./admin/store')).storePage },
 ];

@@ -53,8 +53,8 @@ export function growth() {
   const root = h(
     'div',
     { class: 'growth' },
-    picture,
-    h('div', { class: 'stack' }, bar.root, facts, h('div', null, h('h3', null, t('grow_coverage')), coverage.element, h('p', { class: 'muted small' }, t('grow_coverage_text'))), h('p', { class: 'muted small' }, t('grow_veil')), showButton),
+    h('div', { class: 'stack' }, picture, h('div', { class: 'row spread' }, h('p', { class: 'muted small' }, t('grow_veil')), showButton)),
+    h('div', { class: 'stack' }, bar.root, facts, h('div', null, h('h3', null, t('grow_coverage')), coverage.element, h('p', { class: 'muted small' }, t('grow_coverage_text')))),
   );
   const fact = (name: string, value: string) => [h('dt', null, name), h('dd', { class: 'number' }, value)];
   return {

@@ -136,8 +136,8 @@ class Measures {
   }
 
   #nameCell(line: Line): HTMLElement {
-    const note = line.note ? h('span', { class: 'muted small' }, line.note) : null;
-    if (!line.curve) return h('span', { class: 'stack-tight', title: line.definition }, line.term, note);
+    const note = line.note ? h('span', { class: 'muted small block' }, line.note) : null;
+    if (!line.curve) return h('span', { title: line.definition }, line.term, note);
     const box = h('input', {
       type: 'checkbox',
       checked: this.#chosen.has(line.id),
