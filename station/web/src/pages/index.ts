@@ -12,6 +12,8 @@ export const loginEntry: PageEntry = {
 export const pages: PageEntry[] = [
   // Operator.
   // Glasses and measuring by hand.
+  { path: '/scans/:scan/glasses', roles: ['operator'], title: null, load: async () => (await import('./glasses/page')).glassesPage },
+  { path: '/scans/:scan/measure', roles: ['operator'], title: null, load: async () => (await import('./measure/page')).measurePage },
   // Technician and developer.
   // Admin.
 ];
