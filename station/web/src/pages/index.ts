@@ -24,6 +24,8 @@ export const pages: PageEntry[] = [
   { path: '/scans/:scan/handover', roles: ['operator'], title: null, load: async () => (await import('./operator/handover')).handoverPage },
   { path: '/customers/:customer', roles: ['operator'], title: null, load: async () => (await import('./operator/record')).recordPage },
   // Glasses and measuring by hand.
+  { path: '/scans/:scan/glasses', roles: ['operator'], title: null, load: async () => (await import('./glasses/page')).glassesPage },
+  { path: '/scans/:scan/measure', roles: ['operator'], title: null, load: async () => (await import('./measure/page')).measurePage },
   // Technician and developer.
   // Admin.
   { path: '/admin/users', roles: ['admin'], title: () => tAdmin('nav_users'), load: async () => (await import('./admin/users')).usersPage },
