@@ -2,13 +2,13 @@
 import { wordsOf } from '../core/words';
 
 export const operatorWords = {
-  acknowledge: ['It is put right: go on', '対処しました（続ける）'],
+  acknowledge: ['Acknowledge', '確認'],
   back: ['Back', '戻る'],
   cancel: ['Cancel', 'キャンセル'],
   check_not: ['Not yet: ', '未完了：'],
   check_ok: ['In order: ', '正常：'],
   checks_booth: ['Is the booth ready?', 'ブースの準備'],
-  checks_home: ['Prepare the ring', 'リングを準備する'],
+  checks_home: ['Home', '原点に戻す'],
   checks_home_text: [
     'The ring moves once to find its height. Nobody may stand in the booth or reach into it.',
     'リングが一度動いて高さを確認します。ブースの中に人がいないこと、手を入れていないことを確認してください。',
@@ -178,12 +178,12 @@ export const operatorWords = {
   say_measuring: ['The scan begins. Please stand still.', '測定を始めます。そのまま動かないでください。'],
   say_still: ['Please stand still and look straight ahead.', 'まっすぐ前を見て、動かずにお立ちください。'],
   scan_again_do: ['scan again', 'もう一度測定してください'],
-  scan_arm: ['Make ready again', 'もう一度準備する'],
+  scan_arm: ['Prepare the scan', '測定の準備'],
   scan_cancel: ['Cancel the scan', '測定を中止する'],
   scan_checking: ['The booth checks itself …', 'ブースが自己点検をしています…'],
   scan_checks_failed: ['The booth is not ready yet.', 'ブースの準備ができていません。'],
-  scan_failed_text: ['What was measured until then is not used. Put right what it says, then make ready again.', '途中までの測定は使いません。対処してから、もう一度準備してください。'],
-  scan_idle: ['The booth is not made ready: the start key was not pressed in time, or it was stopped.', '準備が解除されました。スタートボタンが時間内に押されなかったか、停止されました。'],
+  scan_failed_text: ['What was measured until then is not used. Put right what it says, then prepare the scan again.', '途中までの測定は使いません。対処してから、もう一度準備してください。'],
+  scan_idle: ['No scan is prepared: the start key was not pressed in time, or it was stopped.', '準備が解除されました。スタートボタンが時間内に押されなかったか、停止されました。'],
   scan_key: ['Press the start key at the booth', 'ブースのスタートボタンを押してください'],
   scan_key_left: ['Time left to press the start key', 'スタートボタンを押す残り時間'],
   scan_key_where: [

@@ -10,6 +10,9 @@ import { customerProfiles, profileName, profileUse } from './names';
 import { needs, stepFrame } from './step_frame';
 import { changeVisit, visit } from './visit';
 
+/** Seen to when the customer stands in the booth. */
+const laterSteps = new Set(['stand', 'key']);
+
 export const checksPage: Page = {
   path: '/visit/checks',
   roles: ['operator'],
@@ -64,7 +67,7 @@ function drawProfiles(root: HTMLElement, offered: readonly string[]): void {
 }
 
 function drawChecks(list: HTMLElement, view: BoothView): void {
-  const steps = view.plain?.steps ?? [];
+  const steps = (view.plain?.steps ?? []).filter((step) => !laterSteps.has(step.id));
   const key = JSON.stringify(steps);
   if (list.dataset['key'] === key) return;
   list.dataset['key'] = key;

@@ -13,25 +13,30 @@ export function isFault(view: BoothView): boolean {
 
 export function faultPanel(view: BoothView): HTMLElement {
   if (!view.connected || !view.status) {
-    return panel(t('fault_away'), view.plain?.lost_text || view.why || t('fault_away_what'), t('fault_away_do'), t('who_operator'), null);
+    return panel(t('fault_away'), t('fault_away_what'), view.plain?.lost_text || t('fault_away_do'), t('who_operator'), null);
   }
-  const [first, ...more] = view.status.causes;
-  if (!first) return panel(t('fault_safe'), view.status.held_by, safeAdvice(view), t('who_operator'), null);
-  const service = first.role === 'service';
-  const acknowledge = service ? null : button(t('acknowledge'), () => post('/api/booth/acknowledge').then(refreshBooth), { kind: 'primary', large: true });
-  const rest = more.map((cause) => h('li', null, `${cause.text}: ${cause.advice}`));
+  const [first, ...more] = causesOf(view);
+  if (!first) return panel(t('fault_safe'), notReady(view)?.text ?? view.status.held_by, notReady(view)?.advice || t('fault_safe_do'), t('who_operator'), null);
+  const acknowledge = first.service ? null : button(t('acknowledge'), () => post('/api/booth/acknowledge').then(refreshBooth), { kind: 'primary', large: true });
+  const rest = more.map((cause) => h('li', null, `${cause.text} ${cause.advice}`));
   return h(
     'div',
     null,
-    panel(t('fault_title'), first.text, first.advice, service ? t('who_service') : t('who_operator'), acknowledge),
+    panel(t('fault_title'), first.text, first.advice, first.service ? t('who_service') : t('who_operator'), acknowledge),
     rest.length > 0 ? h('details', null, h('summary', null, t('fault_more', { n: rest.length })), h('ul', null, ...rest)) : null,
   );
 }
 
-/** What the booth waits for, from the first of its plain steps that is not as it should be. */
-function safeAdvice(view: BoothView): string {
-  const step = view.plain?.steps.find((one) => !one.ok);
-  return step?.advice || t('fault_safe_do');
+/** In plain words where the station has them, else in the booth's own. */
+function causesOf(view: BoothView): { text: string; advice: string; service: boolean }[] {
+  const plain = view.plain?.causes ?? [];
+  if (plain.length > 0) return plain;
+  return (view.status?.causes ?? []).map((cause) => ({ text: cause.text, advice: cause.advice, service: cause.role === 'service' }));
+}
+
+/** What the booth waits for: the first of its steps that is not as it should be. */
+function notReady(view: BoothView) {
+  return view.plain?.steps.find((step) => !step.ok);
 }
 
 function panel(title: string, what: string, advice: string, who: string, action: HTMLElement | null): HTMLElement {
