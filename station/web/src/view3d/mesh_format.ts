@@ -9,7 +9,7 @@ export interface MeshPart {
   firstIndex: number;
   count: number;
   kind: PartKind;
-  /** sRGB and opacity, 0 … 1. */
+  /** Linear light with sRGB primaries, and opacity, 0 … 1. */
   colour: [r: number, g: number, b: number, a: number];
 }
 
@@ -88,7 +88,7 @@ function readParts(view: DataView, at: number, indices: number): MeshPart[] {
     if (![r, g, b, a].every((value) => value >= 0 && value <= 1)) throw new MeshDamaged(`part ${i} has no colour`);
     parts.push({ firstIndex, count: size, kind, colour: [r, g, b, a] });
   }
-  return parts.length > 0 ? parts : [{ firstIndex: 0, count: indices, kind: 'body', colour: [0.8, 0.8, 0.8, 1] }];
+  return parts.length > 0 ? parts : [{ firstIndex: 0, count: indices, kind: 'body', colour: [0.6, 0.57, 0.54, 1] }];
 }
 
 function checkNumbers(mesh: StationMesh): void {

@@ -56,7 +56,7 @@ export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean): Surface
   return {
     material,
     setColour: ([r, g, b, a]) => {
-      material.color.setRGB(r, g, b, THREE.SRGBColorSpace);
+      material.color.setRGB(r, g, b);
       material.opacity = kind === 'lens' ? a : 1;
     },
     setPixelRatio: (ratio) => {

@@ -24,7 +24,7 @@ export interface ViewerOptions {
 }
 
 export interface LayerStyle {
-  /** Instead of what the mesh says, by part kind: sRGB and opacity, 0 … 1. */
+  /** Instead of what the mesh says, by part kind: linear light and opacity, 0 … 1. */
   colour?: { body?: [number, number, number, number] };
   /** Inferred hatched and paler, unknown bare. */
   knowledge?: boolean;
