@@ -3,6 +3,7 @@
 import type { PageEntry } from '../core/router';
 import { tAdmin } from '../words/admin';
 import { tOperator } from '../words/operator';
+import { technicianEntries } from './technician/entries';
 
 export const loginEntry: PageEntry = {
   path: '/login',
@@ -27,6 +28,7 @@ export const pages: PageEntry[] = [
   { path: '/scans/:scan/glasses', roles: ['operator'], title: null, load: async () => (await import('./glasses/page')).glassesPage },
   { path: '/scans/:scan/measure', roles: ['operator'], title: null, load: async () => (await import('./measure/page')).measurePage },
   // Technician and developer.
+  ...technicianEntries,
   // Admin.
   { path: '/admin/users', roles: ['admin'], title: () => tAdmin('nav_users'), load: async () => (await import('./admin/users')).usersPage },
   { path: '/admin/retention', roles: ['admin'], title: () => tAdmin('nav_retention'), load: async () => (await import('./admin/retention')).retentionPage },

@@ -49,19 +49,16 @@ export const glassesWords = {
   fit_run: ['Fit it on and check', 'フィッティングして確認'],
   fit_score: ['Score {score} of 100', '評価 {score} / 100'],
   fit_table: ['Distances and angles', '距離と角度'],
-  fit_value: ['Value', '値'],
-  fit_interval: ['± 95 %', '± 95 %'],
+  fit_value: ['Value ± 95 %', '値 ± 95 %'],
   fit_range: ['Usual range', '通常の範囲'],
-  fit_ok: ['Within', '範囲内'],
-  fit_yes: ['✓ yes', '✓ 内'],
-  fit_no: ['✗ no', '✗ 外'],
+  fit_yes: ['✓ within', '✓ 範囲内'],
+  fit_no: ['✗ outside', '✗ 範囲外'],
   fit_what: ['What', '項目'],
   fit_weight: ['Weight {grams} g with lenses of {lenses} g; the nose carries {nose} %.', '重さ{grams} g（レンズ{lenses} g）、鼻に{nose} %の荷重。'],
   fit_enters: ['It would enter the head by {mm} mm.', '頭部に{mm} mm入り込みます。'],
-  from_left: ['From the left', '左から'],
-  from_right: ['From the right', '右から'],
+  from_left: ['Left 45°', '左45°'],
+  from_right: ['Right 45°', '右45°'],
   front: ['Front', '正面'],
-  frame_all: ['Show all', '全体表示'],
   gold: ['gold', '金'],
   gradient: ['Paler or darker below', '上下で濃さを変える'],
   green: ['green', '緑'],
@@ -71,6 +68,10 @@ export const glassesWords = {
   lens_note: ['With a prescription, its power is shown.', '処方があるときは処方の度で表示します。'],
   lenses: ['Lenses', 'レンズ'],
   left: ['Left', '左'],
+  light: ['Light', '照明'],
+  light_daylight: ['daylight', '昼光'],
+  light_shop: ['shop', '店内'],
+  light_studio: ['studio', 'スタジオ'],
   library: ['Library', '一覧'],
   library_first: ['Puts every style and size of the library on this head and ranks them.', 'すべてのスタイルとサイズをこの頭部にかけて順位を付けます。'],
   library_run: ['Rank all frames', 'すべて順位付け'],
@@ -96,7 +97,7 @@ export const glassesWords = {
   picture_of: ['{name}, {view}', '{name}、{view}'],
   picture_running: ['{share} % of the rays', '光線の{share} %'],
   picture_done: ['Finished', '完成'],
-  picture_three: ['Front and ±45°', '正面と左右45°'],
+  picture_three: ['3 views', '3方向'],
   picture_waiting: ['Waiting …', '待機中…'],
   plain: ['Plain', '無地'],
   plastic: ['Plastic', 'プラスチック'],
@@ -287,6 +288,19 @@ function inLanguage(pair: readonly [string, string]): string {
 export function fieldWord(option: string, otherwise: string): string {
   const pair = fieldTable[option];
   return pair ? inLanguage(pair) : otherwise;
+}
+
+/** A style's name: short in English, what it is in Japanese. */
+export function styleWord(id: string, description: string): string {
+  if (language.value === 'ja') return frameWord(description);
+  const paper = /^example(\d)$/.exec(id)?.[1];
+  if (paper) return `Paper’s example ${paper}`;
+  return (id.charAt(0).toUpperCase() + id.slice(1)).replaceAll('-', ' ');
+}
+
+export function lightWord(light: string): string {
+  const key = `light_${light}`;
+  return key in glassesWords ? tGlasses(key as keyof typeof glassesWords) : light;
 }
 
 export function frameWord(english: string): string {

@@ -3,7 +3,7 @@ import { language, wordsOf, type Words } from '../core/words';
 
 export const measureWords = {
   back: ['Back', '背面'],
-  before: ['Before', '前回'],
+  before_now: ['Before, now', '前回・今回'],
   clear: ['Start again', 'やり直す'],
   compare: ['Compare', '比較'],
   compare_hint: ['Choose the visit to compare with.', '比べる測定を選んでください。'],
@@ -16,8 +16,8 @@ export const measureWords = {
   differences: ['Differences', '差の一覧'],
   distance: ['Distance', '距離'],
   frame_all: ['Show all', '全体表示'],
-  from_left: ['From the left', '左から'],
-  from_right: ['From the right', '右から'],
+  from_left: ['Left 45°', '左45°'],
+  from_right: ['Right 45°', '右45°'],
   front: ['Front', '正面'],
   geodesic: ['Shortest way', '最短経路'],
   geodesic_note: ['Along the surface, into hollows too.', '表面に沿った最短の長さ（くぼみもたどります）。'],
@@ -36,10 +36,8 @@ export const measureWords = {
   lower_plane: ['Lower plane', '下の面'],
   measured: ['{share} % of it measured', '実測{share} %'],
   method: ['How to measure', '測り方'],
-  no: ['no', 'なし'],
   not_comparable: ['Cannot be compared', '比較できない項目'],
   not_found: ['not found', '未検出'],
-  now: ['Now', '今回'],
   other_view: ['The visit of {date}', '{date}の測定'],
   other_visit: ['Other visit', '比較する測定'],
   perimeter: ['Outline', '輪郭の長さ'],
@@ -54,7 +52,8 @@ export const measureWords = {
   reset: ['All as found', 'すべて検出位置に戻す'],
   section_area: ['Area of the section', '断面積'],
   significance_note: ['Significant: beyond what chance does in 5 % of all tables (Holm). ± is the 95 % interval.', '有意：偶然による差とは考えにくいもの（Holm法、5 %）。±は95 %区間。'],
-  significant: ['Significant', '有意差'],
+  significant: ['significant', '有意差あり'],
+  not_significant: ['not significant', '有意差なし'],
   skin_area: ['Skin between the planes', '面の間の体表面積'],
   slab: ['Volume', '体積'],
   slab_note: ['Between the two planes. ± is the 95 % interval.', '2つの面の間。±は95 %区間。'],
@@ -76,7 +75,6 @@ export const measureWords = {
   view_note: ['Along the cut by the plane of sight through A and B.', 'AとBを通る視線方向の平面の切り口の長さ。'],
   volume: ['Volume', '体積'],
   what: ['What', '項目'],
-  yes: ['yes', 'あり'],
 } as const;
 
 export const tMeasure = wordsOf(measureWords);

@@ -3,7 +3,7 @@
 import { h, replace } from '../../core/dom';
 import { tGlasses } from '../../words/glasses';
 import type { GlassesApi, Hvc } from './api';
-import { hexOf, plainColour, vividOfHue, type ColourChoice, type Rgb } from './colour';
+import { hexOf, hueOf, plainColour, vividOfHue, type ColourChoice, type Rgb } from './colour';
 import { colourChip, sliderRow, swatches } from './controls';
 import { NewestOnly } from './newest_only';
 
@@ -45,6 +45,7 @@ export function colourPicker(api: GlassesApi, samples: readonly Rgb[], change: (
   };
   const show = (): void => {
     channels.forEach((row, i) => row.set(choice.base[i]!));
+    bar.set(hueOf(choice.base));
     brighter.set(choice.brighter);
     vivid.set(choice.vivid);
     ask.ask(choice);

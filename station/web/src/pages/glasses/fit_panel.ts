@@ -54,14 +54,20 @@ function adviceOf(report: FitReport): HTMLElement[] {
   return lines.length === 0 ? [] : [h('h3', null, tGlasses('advice')), h('ul', { class: 'advice' }, ...lines.map((line) => h('li', null, line)))];
 }
 
+function valueOf(goal: Goal): string {
+  const interval = goal.sigma === undefined ? '' : ` ± ${(1.96 * goal.sigma).toFixed(1)}`;
+  return `${goal.value.toFixed(goal.unit === '%' ? 0 : 1)}${interval} ${goal.unit === 'deg' ? '°' : goal.unit}`;
+}
+
 function goalTable(goals: readonly Goal[]): HTMLElement {
-  const digits = (goal: Goal): number => (goal.unit === '%' ? 0 : 1);
   const columns: Column<Goal>[] = [
     { head: tGlasses('fit_what'), cell: (goal) => goalWords(goal).term },
-    { head: tGlasses('fit_value'), number: true, cell: (goal) => `${goal.value.toFixed(digits(goal))} ${goal.unit === 'deg' ? '°' : goal.unit}` },
-    { head: tGlasses('fit_interval'), number: true, cell: (goal) => (goal.sigma === undefined ? '–' : `± ${(1.96 * goal.sigma).toFixed(1)}`) },
-    { head: tGlasses('fit_range'), number: true, cell: (goal) => `${goal.low.toFixed(0)} … ${goal.high > 1e3 ? '' : goal.high.toFixed(0)}` },
-    { head: tGlasses('fit_ok'), cell: (goal) => h('span', { class: `badge ${goal.met ? 'good' : 'bad'}` }, tGlasses(goal.met ? 'fit_yes' : 'fit_no')) },
+    { head: tGlasses('fit_value'), number: true, cell: (goal) => valueOf(goal) },
+    {
+      head: tGlasses('fit_range'),
+      number: true,
+      cell: (goal) => [`${goal.low.toFixed(0)} … ${goal.high > 1e3 ? '' : goal.high.toFixed(0)}`, h('span', { class: `badge ${goal.met ? 'good' : 'bad'}` }, tGlasses(goal.met ? 'fit_yes' : 'fit_no'))],
+    },
   ];
   return table(tGlasses('fit_table'), columns, goals).root;
 }

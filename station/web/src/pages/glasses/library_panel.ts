@@ -1,7 +1,7 @@
 // All frames of the library, put on this head and ranked.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, progress } from '../../core/ui';
-import { tGlasses, frameWord } from '../../words/glasses';
+import { tGlasses, styleWord } from '../../words/glasses';
 import type { RankedFrame } from './api';
 import { cancelJob, finished } from './jobs';
 import type { Desk } from './desk';
@@ -30,7 +30,7 @@ async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
 
 function rankedRow(desk: Desk, frame: RankedFrame): HTMLElement {
   const style = desk.style(frame.style);
-  const name = frameWord(style?.name ?? frame.style);
+  const name = styleWord(frame.style, style?.name ?? frame.style);
   const size = style?.sizes.find((one) => one.id === frame.size || one.marking === frame.size);
   const drawing = frameDrawing(style?.values ?? {}, { upper: '#4a3426', lower: '#4a3426', lens: '#c5d3de' }, name);
   const take = button(tGlasses('take'), () => {

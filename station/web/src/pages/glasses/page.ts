@@ -15,6 +15,7 @@ import type { Prescription } from './prescription';
 import { savedPanel } from './saved_panel';
 import { shapePanel } from './shape_panel';
 import { Stage } from './stage';
+import { fillWindow } from './fill_window';
 import './glasses.css';
 
 export const glassesPage: Pick<Page, 'mount'> = {
@@ -54,10 +55,11 @@ function open(root: HTMLElement, desk: Desk): () => void {
   const keys = Object.keys(panels) as (keyof typeof panels)[];
   const notes = h('div', { class: 'adjusted', 'aria-live': 'polite' });
   const side = tabs(tGlasses('designer'), keys.map((key) => ({ label: tGlasses(key === 'saved' ? 'saved' : key), panel: () => panels[key].root })));
-  replace(root,
-    h('div', { class: 'designer' },
-      h('div', { class: 'designer-main' }, h('h1', { class: 'hidden-text', tabindex: -1 }, tGlasses('designer')), toolbar(desk, stage, pictures), stage.root, pictures.root, notes),
-      h('aside', { class: 'designer-side', 'aria-label': tGlasses('designer') }, side)));
+  const designer = h('div', { class: 'designer' },
+    h('div', { class: 'designer-main' }, h('h1', { class: 'hidden-text', tabindex: -1 }, tGlasses('designer')), toolbar(desk, stage, pictures), stage.root, pictures.root, notes),
+    h('aside', { class: 'designer-side', 'aria-label': tGlasses('designer') }, side));
+  replace(root, designer);
+  const offSize = fillWindow(designer);
   const offKeys = watchKeys(desk);
   const offNotes = desk.notes.watch((all) => {
     const { adjusted, placement_text, size } = all[desk.side];
@@ -66,6 +68,7 @@ function open(root: HTMLElement, desk: Desk): () => void {
   });
   desk.api.head().then((head) => stage.setHead(head), (error: unknown) => replace(notes, failurePanel(error)));
   return () => {
+    offSize();
     offKeys();
     offNotes();
     pictures.end();
@@ -91,7 +94,6 @@ function toolbar(desk: Desk, stage: Stage, pictures: { here(): void; three(): vo
     button(tGlasses('front'), () => stage.view('front')),
     button(tGlasses('from_left'), () => stage.view('left45')),
     button(tGlasses('from_right'), () => stage.view('right45')),
-    button(tGlasses('frame_all'), () => stage.frame(), { kind: 'quiet' }),
     split,
     button(tGlasses('picture'), () => pictures.here(), { kind: 'primary' }),
     button(tGlasses('picture_three'), () => pictures.three()));

@@ -2,7 +2,7 @@
 import { getBinary } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, choice, textOf } from '../../core/ui';
-import { tGlasses } from '../../words/glasses';
+import { lightWord, tGlasses } from '../../words/glasses';
 import type { Desk, Side } from './desk';
 import { cancelJob, ended, followJob, type Job } from './jobs';
 import type { Stage } from './stage';
@@ -14,12 +14,17 @@ const lookEvery_ms = 700;
 /** Shows pictures over the stage; `end` stops everything. */
 export function picturesOver(desk: Desk, stage: Stage): { root: HTMLElement; here(): void; three(): void; end(): void } {
   const strip = h('div', { class: 'picture-strip' });
-  const light = choice(tGlasses('picture'), 'light', desk.catalogue.lights.map((one) => [one, one] as const), desk.catalogue.lights[0] ?? '');
+  const light = choice(tGlasses('light'), 'light', desk.catalogue.lights.map((one) => [one, lightWord(one)] as const), desk.catalogue.lights[0] ?? '');
+  let again = (): void => {};
+  light.input.addEventListener('change', () => again());
   const running = new Set<() => void>();
-  const close = (): void => {
+  const stopAll = (): void => {
     for (const stop of running) stop();
     running.clear();
     replace(strip);
+  };
+  const close = (): void => {
+    stopAll();
     root.hidden = true;
   };
   const root = h('section', { class: 'pictures', hidden: true, 'aria-label': tGlasses('picture') },
@@ -36,11 +41,20 @@ export function picturesOver(desk: Desk, stage: Stage): { root: HTMLElement; her
     here: () => {
       close();
       const place = stage.camera();
-      if (place) order(`${place.azimuth_deg.toFixed(1)},${place.elevation_deg.toFixed(1)}`, tGlasses('picture_here'));
+      if (!place) return;
+      again = () => {
+        stopAll();
+        order(`${place.azimuth_deg.toFixed(1)},${place.elevation_deg.toFixed(1)}`, tGlasses('picture_here'));
+      };
+      again();
     },
     three: () => {
       close();
-      for (const [view, name] of [['right45', tGlasses('from_right')], ['front', tGlasses('front')], ['left45', tGlasses('from_left')]] as const) order(view, name);
+      again = () => {
+        stopAll();
+        for (const [view, name] of [['right45', tGlasses('from_right')], ['front', tGlasses('front')], ['left45', tGlasses('from_left')]] as const) order(view, name);
+      };
+      again();
     },
     end: close,
   };

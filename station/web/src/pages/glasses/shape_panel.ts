@@ -1,7 +1,7 @@
 // Shape: the eight sliders of paper 000, fig. 22, style, size, and what the paper leaves out.
 import { h, replace } from '../../core/dom';
 import { button, choice } from '../../core/ui';
-import { tGlasses, fieldWord, frameWord } from '../../words/glasses';
+import { tGlasses, fieldWord, frameWord, styleWord } from '../../words/glasses';
 import type { FrameField } from './api';
 import { hexOf } from './colour';
 import { sliderRow, type SliderRow } from './controls';
@@ -17,7 +17,7 @@ export interface Panel {
 
 export function shapePanel(desk: Desk): Panel {
   const drawing = drawingBox();
-  const style = choice(tGlasses('style'), 'style', desk.catalogue.styles.map((one) => [one.id, frameWord(one.name)] as const), '');
+  const style = choice(tGlasses('style'), 'style', desk.catalogue.styles.map((one) => [one.id, styleWord(one.id, one.name)] as const), '');
   const sizes = h('div');
   style.input.addEventListener('change', () => {
     desk.changeDesign(tGlasses('step_style'), null, (design) => ({ ...design, style: style.input.value, size: '', fields: {} }));

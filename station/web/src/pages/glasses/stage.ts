@@ -2,7 +2,7 @@
 import { textOf } from '../../core/ui';
 import { h } from '../../core/dom';
 import { tGlasses } from '../../words/glasses';
-import type { StationMesh } from '../../view3d/mesh_format';
+import { boundsOf, type StationMesh } from '../../view3d/mesh_format';
 import { Viewer, type CameraPlace, type ViewName } from '../../view3d/viewer';
 import type { PreviewNotes } from './api';
 import type { Design } from './design';
@@ -16,11 +16,15 @@ interface Booth {
   asked: Design | null;
 }
 
+/** Of a face with what is around it. */
+const facesHeight_mm = 290;
+
 export class Stage {
   readonly root = h('div', { class: 'stage' });
   readonly #booths = new Map<Side, Booth>();
   readonly #ends: (() => void)[];
   #head: StationMesh | null = null;
+  #aimed = false;
 
   constructor(private readonly desk: Desk) {
     this.#ends = [desk.bench.watch(() => this.#follow())];
@@ -37,10 +41,6 @@ export class Stage {
     this.#booths.get('a')?.viewer.view(name);
   }
 
-  frame(): void {
-    this.#booths.get('a')?.viewer.frame('head');
-  }
-
   camera(): CameraPlace | null {
     return this.#booths.get('a')?.viewer.camera() ?? null;
   }
@@ -48,6 +48,15 @@ export class Stage {
   end(): void {
     for (const end of this.#ends) end();
     for (const side of [...this.#booths.keys()]) this.#close(side);
+  }
+
+  /** The face fills the picture: what is looked at is the front of the glasses. */
+  #aim(glasses: StationMesh): void {
+    const bounds = boundsOf(glasses);
+    if (!bounds) return;
+    this.#aimed = true;
+    const middle = (axis: 0 | 1 | 2): number => (bounds.low[axis] + bounds.high[axis]) / 2;
+    this.#booths.get('a')?.viewer.lookAt([middle(0), middle(1), middle(2) - 5], facesHeight_mm);
   }
 
   #follow(): void {
@@ -81,6 +90,7 @@ export class Stage {
       (design: Design) => this.desk.api.preview(design),
       ({ mesh, notes }) => {
         viewer.setMesh('glasses', mesh);
+        if (!this.#aimed) this.#aim(mesh);
         status.textContent = '';
         this.desk.notes.set({ ...this.desk.notes.value, [side]: notes });
       },
@@ -112,5 +122,4 @@ export class Stage {
 
 function showHead(viewer: Viewer, head: StationMesh): void {
   viewer.setMesh('head', head, { knowledge: true });
-  viewer.frame('head');
 }

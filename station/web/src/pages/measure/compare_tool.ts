@@ -30,6 +30,7 @@ export function compareTool(bench: Bench, second: HTMLElement): Tool {
       const [mesh, comparison, before, now] = await Promise.all([otherApi.mesh(), bench.api.compare(visit.id), otherApi.measurements(), bench.api.measurements()]);
       if (!open) return;
       second.hidden = false;
+      replace(second, h('p', { class: 'booth-date' }, dateOf(visit)));
       const viewer = new Viewer(second, { label: tMeasure('other_view', { date: dateOf(visit) }), unavailable: tMeasure('unavailable') });
       other = viewer;
       viewer.setMesh('body', mesh, { knowledge: true });
@@ -91,19 +92,12 @@ function showCurve(viewer: Viewer, lines: readonly Measurement[], id: string): v
 function differenceParts(comparison: Comparison, chosen: (id: string) => void): HTMLElement[] {
   const columns: Column<Difference>[] = [
     { head: tMeasure('what'), cell: (line) => h('button', { type: 'button', class: 'link', onclick: () => chosen(line.id) }, line.term) },
-    { head: tMeasure('before'), number: true, cell: (line) => shown(line, 'a') },
-    { head: tMeasure('now'), number: true, cell: (line) => shown(line, 'b') },
+    { head: tMeasure('before_now'), number: true, cell: (line) => [h('span', null, shown(line, 'a')), h('br'), h('span', null, shown(line, 'b'))] },
     {
       head: tMeasure('difference'),
       number: true,
-      cell: (line) => {
-        const difference = numberOf(line, 'difference');
-        const sigma = numberOf(line, 'sigma');
-        if (!difference) return '–';
-        return changeText(difference.value, difference.unit) + (sigma ? ` ± ${valueText(sd95 * sigma.value, sigma.unit)}` : '');
-      },
+      cell: (line) => [differenceText(line), h('br'), h('span', { class: `badge ${line.significant ? 'warn' : ''}` }, tMeasure(line.significant === null ? 'untested' : line.significant ? 'significant' : 'not_significant'))],
     },
-    { head: tMeasure('significant'), cell: (line) => h('span', { class: `badge ${line.significant ? 'warn' : ''}` }, tMeasure(line.significant === null ? 'untested' : line.significant ? 'yes' : 'no')) },
   ];
   const sorted = [...comparison.differences].sort((a, b) => Number(b.significant ?? false) - Number(a.significant ?? false));
   return [
@@ -111,6 +105,13 @@ function differenceParts(comparison: Comparison, chosen: (id: string) => void): 
     h('p', { class: 'muted small' }, tMeasure('significance_note')),
     ...(comparison.not_comparable.length > 0 ? [h('details', { class: 'more' }, h('summary', null, tMeasure('not_comparable')), h('ul', null, ...comparison.not_comparable.map((line) => h('li', null, line))))] : []),
   ];
+}
+
+function differenceText(line: Difference): string {
+  const difference = numberOf(line, 'difference');
+  const sigma = numberOf(line, 'sigma');
+  if (!difference) return '–';
+  return changeText(difference.value, difference.unit) + (sigma ? ` ± ${valueText(sd95 * sigma.value, sigma.unit)}` : '');
 }
 
 function shown(line: Difference, name: 'a' | 'b'): string {

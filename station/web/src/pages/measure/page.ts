@@ -13,6 +13,7 @@ import { levelTool } from './level_tool';
 import { regionTool } from './region_tool';
 import { slabTool } from './slab_tool';
 import type { Bench, Tool } from './tool';
+import { fillWindow } from '../glasses/fill_window';
 import '../glasses/glasses.css';
 import './measure.css';
 
@@ -45,8 +46,10 @@ function open(root: HTMLElement, api: MeasureApi, mesh: StationMesh): () => void
   pictures.append(first, second);
   const toolbar = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': tMeasure('view') });
   const side = h('aside', { class: 'designer-side', 'aria-label': tMeasure('title') });
-  replace(root, h('div', { class: 'designer' },
-    h('div', { class: 'designer-main' }, h('h1', { class: 'hidden-text', tabindex: -1 }, tMeasure('title')), toolbar, pictures), side));
+  const designer = h('div', { class: 'designer' },
+    h('div', { class: 'designer-main' }, h('h1', { class: 'hidden-text', tabindex: -1 }, tMeasure('title')), toolbar, pictures), side);
+  replace(root, designer);
+  const offSize = fillWindow(designer);
   const viewer = new Viewer(first, { label: tMeasure('view_label'), unavailable: tMeasure('unavailable') });
   viewer.setMesh('body', mesh, { knowledge: true });
   viewer.frame();
@@ -62,6 +65,7 @@ function open(root: HTMLElement, api: MeasureApi, mesh: StationMesh): () => void
   const bench: Bench = { viewer, api, low_mm: bounds?.low[2] ?? 0, high_mm: bounds?.high[2] ?? 0 };
   const current = chooseTools(bench, second, side);
   return () => {
+    offSize();
     current()?.end();
     viewer.dispose();
   };
