@@ -1,6 +1,6 @@
 // The two orders that make a scan: arm (the booth checks itself), and start once the key at the booth was pressed.
 import { post } from '../../core/api';
-import { booth } from '../../core/booth';
+import { booth, refreshBooth } from '../../core/booth';
 import { navigate } from '../../core/router';
 import { showFailure } from '../../core/ui';
 import { changeVisit, visit } from './visit';
@@ -13,6 +13,7 @@ export async function armScan(): Promise<void> {
   try {
     const height = customer.height_mm ? { height_mm: customer.height_mm } : {};
     await post('/api/booth/arm', { customer_id: customer.id, consent_id: consent.id, profile, ...height });
+    await refreshBooth();
   } catch (error) {
     changeVisit({ pressesBefore: null });
     showFailure(error);

@@ -55,6 +55,8 @@ class ScanSteps {
   #growth: ReturnType<typeof growth> | null = null;
   #timer: { end: () => void } = { end: () => {} };
   #moved = false;
+  /** It was said that nothing was kept: that stays on the screen until the next order. */
+  #over = false;
 
   constructor(frame: StepFrame) {
     this.#frame = frame;
@@ -72,6 +74,8 @@ class ScanSteps {
     const status = view.status;
     if (!status) return;
     const phase = this.#phaseOf(status);
+    if (phase === 'armed' || phase === 'checking') this.#over = false;
+    if (this.#over) return;
     if (phase !== this.#phase) this.#enter(phase, status);
     if (phase === 'armed') void startIfPressed().catch((error: unknown) => this.#refused(error));
     if (phase === 'moving') this.#growth?.follow(status);
@@ -79,9 +83,11 @@ class ScanSteps {
 
   /** A scan has ended and is kept, or it is said why not. */
   ended(message: ScanResultMessage): void {
-    if (message.error || !message.scan) {
+    if (!message.scan) {
       tone('trouble');
       this.#clear();
+      this.#over = true;
+      this.#moved = false;
       this.#phase = 'failed';
       const text = message.error ?? { attempted: t('scan_title'), seen: t('scan_not_kept'), advice: t('scan_again_do') };
       this.#show([failurePanel(new ApiFailure(0, text)), h('p', null, t('scan_failed_text'))], [this.#againButton()]);
@@ -99,7 +105,7 @@ class ScanSteps {
   #phaseOf(status: BoothStatus): Phase {
     if (status.state === 'ARMED') return 'armed';
     if (status.state === 'SCANNING' || status.state === 'STOPPING') return 'moving';
-    if (this.#moved) return this.#phase === 'failed' ? 'failed' : 'storing';
+    if (this.#moved) return 'storing';
     if (status.job === 'arm' || status.state === 'HOMING') return 'checking';
     if (visit.value.pressesBefore !== null && status.arm && !status.arm.passed) return 'failed';
     return 'idle';
