@@ -352,6 +352,6 @@ function legend(look: HeatLook): HTMLElement {
   });
   const { low, high } = look.range;
   const digits = high - low > 20 ? 0 : 2;
-  const text = (value: number) => `${look.colours === 'diverging' && value > 0 ? '+' : ''}${value.toFixed(digits)} ${look.unit}`;
+  const text = (value: number) => `${look.colours === 'diverging' && value > 0 ? '+' : ''}${value.toFixed(digits).replace('-', '−')} ${look.unit}`;
   return h('div', { class: 'row small number' }, h('span', null, text(low)), bar, h('span', null, text(high)), h('span', { class: 'row' }, h('span', { class: 'no-return', 'aria-hidden': 'true' }), tCharts('no_return')));
 }
