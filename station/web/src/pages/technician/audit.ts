@@ -3,7 +3,7 @@ import { get } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, table } from '../../core/ui';
 import { t } from '../../words/technician';
-import { badge, timeText } from './page_parts';
+import { badge, pageOf, timeText } from './page_parts';
 import './technician.css';
 
 interface AuditLine {
@@ -51,7 +51,7 @@ export const auditPage = {
       }
     }
     search.input.addEventListener('input', draw);
-    replace(root, h('h1', null, t('audit_title')), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
+    pageOf(root, t('audit_title'), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
     void load().finally(() => (more.disabled = more.hidden));
     return () => {};
   },

@@ -10,7 +10,7 @@ import { resultCard } from './calibration_result';
 import { type Calibration, type CalibrationRun, type PastCalibration, underWay } from './calibration_run';
 import { CalibrationSteps } from './calibration_steps';
 import { type Job, jobPanel } from './job_panel';
-import { badge, card, Ends, quantity, terms, timeText } from './page_parts';
+import { badge, card, Ends, pageOf, quantity, terms, timeText } from './page_parts';
 import './technician.css';
 
 const askEveryMs = 1000;
@@ -33,7 +33,7 @@ class CalibrationView {
   #asking = false;
 
   show(root: HTMLElement): void {
-    replace(root, h('h1', null, t('calibration_title')), this.#panel.root, this.#body);
+    pageOf(root, t('calibration_title'), this.#panel.root, this.#body);
     this.ends.add(this.#panel.dispose);
     this.ends.add(() => this.#steps?.dispose());
     // Scans of targets are the booth's: what it says about them comes with its state, the rest is asked for.
