@@ -29,10 +29,11 @@ bool IsExtension(std::string_view text) {
 
 ChunkedBody::Step ChunkedBody::TakeSize(std::string& received, std::size_t& at, std::size_t body_bytes) {
   const std::string_view rest = std::string_view(received).substr(at);
-  const std::size_t end = rest.find("\r\n");
-  if (end == std::string_view::npos && rest.size() <= kMaxSizeLine) return Step::kMore;
-  if (end == std::string_view::npos || end > kMaxSizeLine) return Step::kMalformed;
-  const std::string_view line = rest.substr(0, end);
+  const std::size_t feed = rest.find('\n');
+  if (feed == std::string_view::npos && rest.size() <= kMaxSizeLine) return Step::kMore;
+  const bool formed = feed != std::string_view::npos && feed > 0 && feed <= kMaxSizeLine && rest[feed - 1] == '\r';
+  if (!formed) return Step::kMalformed;
+  const std::string_view line = rest.substr(0, feed - 1);
   std::size_t digits = 0;
   left_ = 0;
   for (; digits < line.size() && HexDigit(line[digits]) >= 0; ++digits) {
@@ -41,7 +42,7 @@ ChunkedBody::Step ChunkedBody::TakeSize(std::string& received, std::size_t& at, 
   }
   if (digits == 0 || !IsExtension(line.substr(digits))) return Step::kMalformed;
   if (left_ > limit_ - body_bytes) return Step::kTooLarge;
-  at += end + 2;
+  at += feed + 1;
   part_ = left_ == 0 ? Part::kTrailer : Part::kData;
   return Step::kNext;
 }

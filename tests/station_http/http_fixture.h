@@ -19,13 +19,13 @@
 
 namespace annulus::test {
 
-/// Polls until `condition` holds; false after `patience`.
+/// Polls until `condition` holds, leaving the processor to others in between; false after `patience`.
 inline bool Eventually(const std::function<bool()>& condition,
                        std::chrono::milliseconds patience = std::chrono::seconds(10)) {
   const auto deadline = std::chrono::steady_clock::now() + patience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return true;
 }
