@@ -163,8 +163,8 @@ class Server final : public ConsoleServer {
                                                          }});
     AddSessionRoutes(table_, *context_, *frame_);
     AddAdminRoutes(table_, *context_, *frame_);
-    for (const auto& add : {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddGlassesRoutes,
-                            AddTechnicianRoutes, AddRecordingRoutes}) {
+    for (const auto& add : {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddMeasureRoutes,
+                            AddGlassesRoutes, AddTechnicianRoutes, AddRecordingRoutes}) {
       add(table_, *context_);
     }
   }
