@@ -14,6 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+}  // namespace
+
 Json JobJson(const JobStatus& job) {
   Json json{{"id", job.id},
             {"kind", job.kind},
@@ -30,8 +32,6 @@ Json JobJson(const JobStatus& job) {
   if (!job.result_json.empty()) json["result"] = Json::parse(job.result_json);
   return json;
 }
-
-}  // namespace
 
 Result<JobFolder> JobFolder::Make(ConsoleContext& context) {
   auto path = context.scratch.NewFolder();

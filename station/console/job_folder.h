@@ -50,6 +50,9 @@ class JobFolder {
 [[nodiscard]] Result<Artefact> KeepResult(ConsoleContext& context, const std::string& scan_id, const std::string& file,
                                           Artefact what);
 
+/// docs/console_api.md §6: {id, kind, subject, state, stage, share, eta_s, error, result}.
+[[nodiscard]] nlohmann::ordered_json JobJson(const JobStatus& job);
+
 /// docs/console_api.md §6 of a job that was just started.
 [[nodiscard]] ApiResult JobAnswer(const JobRunner& jobs, const std::string& id);
 

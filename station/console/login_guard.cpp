@@ -11,8 +11,7 @@ std::string UserKey(const std::string& user, bool loopback) { return (loopback ?
 
 }  // namespace
 
-std::optional<std::chrono::seconds> LoginGuard::Begin(const std::string& user, const std::string& peer,
-                                                      bool loopback) {
+std::optional<std::chrono::seconds> LoginGuard::Begin(const std::string& user, const std::string& peer, bool loopback) {
   const std::lock_guard lock(mutex_);
   MakeRoom();
   const auto by_address = Count("address " + peer, limits_.free_tries_of_address);

@@ -12,10 +12,10 @@ namespace annulus {
 
 /// How often somebody may try to log in.
 struct LoginLimits {
-  int free_tries = 5;                         ///< Of one user in one minute.
-  int free_tries_of_address = 20;             ///< Of one address in one minute, whoever it says it is.
-  std::chrono::seconds window{60};            ///< After so long without a try they are forgotten.
-  std::chrono::seconds first_wait{30};        ///< After the last free try; doubles with every one that follows.
+  int free_tries = 5;                          ///< Of one user in one minute.
+  int free_tries_of_address = 20;              ///< Of one address in one minute, whoever it says it is.
+  std::chrono::seconds window{60};             ///< After so long without a try they are forgotten.
+  std::chrono::seconds first_wait{30};         ///< After the last free try; doubles with every one that follows.
   std::chrono::seconds longest_wait{15 * 60};  ///< After so long behind a wait without a try, too.
 };
 
@@ -28,7 +28,8 @@ class LoginGuard {
 
   /// Asks to try, and counts it (before the password is looked at, so that tries at the same time count too). Nothing
   /// if it may be tried, else how long to wait.
-  [[nodiscard]] std::optional<std::chrono::seconds> Begin(const std::string& user, const std::string& peer, bool loopback);
+  [[nodiscard]] std::optional<std::chrono::seconds> Begin(const std::string& user, const std::string& peer,
+                                                          bool loopback);
   /// The try was good: the user's tries are forgotten, the address's are not.
   void Succeeded(const std::string& user, bool loopback);
 

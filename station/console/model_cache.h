@@ -11,6 +11,8 @@
 
 namespace annulus {
 
+class Store;
+
 /// A scan's model as the routes work on it. Never changed once made; a change of landmarks makes a new one.
 struct OpenModel {
   std::string scan_id;
@@ -32,5 +34,10 @@ class ModelCache {
   virtual void Drop(const std::string& scan_id) = 0;
   virtual void DropAll() = 0;
 };
+
+/// What a ModelCache opens: the newest model of a scan in the store, its landmarks found again, and those that were set
+/// by hand (artefact "landmarks") put in their place; one of these that no longer fits is left out. Takes some tenths
+/// of a second. Fails if the scan has no model, or it cannot be read.
+[[nodiscard]] Result<std::shared_ptr<const OpenModel>> OpenStoredModel(Store& store, const std::string& scan_id);
 
 }  // namespace annulus

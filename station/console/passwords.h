@@ -24,8 +24,8 @@ namespace annulus {
 /// not counted up or down, not a pattern repeated.
 [[nodiscard]] Status CheckNewPin(std::string_view pin);
 
-/// A password of 20 random letters and digits that cannot be taken for each other, in groups of five: 100 bits. At 10^12
-/// guesses a second that lasts for ages.
+/// A password of 20 random letters and digits that cannot be taken for each other, in groups of five: 100 bits. At
+/// 10^12 guesses a second that lasts for ages.
 [[nodiscard]] std::string RandomPassword();
 
 }  // namespace annulus

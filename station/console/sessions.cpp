@@ -128,7 +128,16 @@ std::vector<std::string> Sessions::CloseExpired() {
   return ended;
 }
 
-const Session* Sessions::ById(const std::string& id) const {
+bool Sessions::Use(const std::string& session_id) {
+  const std::chrono::nanoseconds now = clock_.Now();
+  const std::lock_guard lock(mutex_);
+  Session* session = ById(session_id);
+  if (session == nullptr || HasEnded(*session, now)) return false;
+  session->last_used = now;
+  return true;
+}
+
+Session* Sessions::ById(const std::string& id) {
   const auto found =
       std::find_if(sessions_.begin(), sessions_.end(), [&](const auto& one) { return one.second.id == id; });
   return found == sessions_.end() ? nullptr : &found->second;

@@ -29,7 +29,7 @@ struct Session {
   std::string user;
   StationRole role = StationRole::kNone;
   bool loopback = false;  ///< Logged in on the booth's own screen; the cookie is worth nothing from elsewhere.
-  std::chrono::nanoseconds opened{0};     ///< Clock::Now().
+  std::chrono::nanoseconds opened{0};  ///< Clock::Now().
   std::chrono::nanoseconds last_used{0};
 };
 
@@ -60,6 +60,8 @@ class Sessions {
   [[nodiscard]] Opened Open(const std::string& user, StationRole role, bool loopback);
   /// The session of a cookie, unless it has ended.
   [[nodiscard]] std::optional<Session> Find(std::string_view cookie, bool loopback, SessionUse use);
+  /// Counts as use of the session, and says whether it has not ended (for what comes over a WebSocket).
+  bool Use(const std::string& session_id);
   /// Seconds until it ends without use.
   [[nodiscard]] std::chrono::seconds Left(const Session& session) const;
 
@@ -78,7 +80,7 @@ class Sessions {
   using Hash = std::array<unsigned char, 32>;
   [[nodiscard]] Hash HashOf(std::string_view cookie) const;
   [[nodiscard]] bool HasEnded(const Session& session, std::chrono::nanoseconds now) const;
-  [[nodiscard]] const Session* ById(const std::string& id) const;
+  [[nodiscard]] Session* ById(const std::string& id);
 
   const Clock& clock_;
   SessionLimits limits_;

@@ -154,8 +154,7 @@ HttpResponse StaticFiles::Answer(const HttpRequest& request) const {
   const File& file = found->second;
   HttpResponse response;
   response.content_type = file.content_type;
-  response.headers.emplace_back("Cache-Control",
-                                file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
+  response.headers.emplace_back("Cache-Control", file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
   response.headers.emplace_back("ETag", file.etag);
   if (!file.gzip.empty()) response.headers.emplace_back("Vary", "Accept-Encoding");
   const auto known = request.Header("if-none-match");
