@@ -152,7 +152,6 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
  private:
   enum class Phase { kHandshake, kHead, kBody, kHandler, kAnswer, kLinger, kWebSocket, kEnded };
   enum class Interrupt { kNone, kTooSlow, kStopped };
-  enum class Farewell { kNone, kSent };
   using Socket = beast::websocket::stream<EitherStream>;
 
   // Any phase.
@@ -357,6 +356,7 @@ void Connection::ExplainTls() {
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: 59\r\nConnection: close\r\n\r\n"
       "The console speaks HTTPS: begin its address with https://.\n";
   ErrorCode error;
+  Lowest().non_blocking(true, error);
   Lowest().write_some(asio::buffer(kAnswer), error);
   phase_ = Phase::kLinger;
   SetDeadline(kLingerTime);

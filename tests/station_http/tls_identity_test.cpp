@@ -237,6 +237,19 @@ TEST_F(TlsServerTest, SatisfiesAnotherProgramsClient) {
   std::filesystem::remove(authority);
 }
 
+TEST_F(TlsServerTest, KeepsItsTimeLimits) {
+  options.limits.header = std::chrono::milliseconds(60);
+  options.limits.body = std::chrono::milliseconds(60);
+  StartTls();
+  const auto slow_head = Client();
+  ASSERT_TRUE(slow_head->Send("GET / HT"));
+  EXPECT_EQ(slow_head->ReadAnswer().status, 408);
+  EXPECT_TRUE(slow_head->SeesEnd());
+  const auto slow_body = Client();
+  EXPECT_EQ(slow_body->Ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\nabc").status, 408);
+  EXPECT_TRUE(slow_body->SeesEnd());
+}
+
 TEST_F(TlsServerTest, SpeaksWebSocketOverTls) {
   handler.receive = [](WebSocketPeer& peer, std::string_view text) {
     peer.SendText(std::make_shared<const std::string>(text));
