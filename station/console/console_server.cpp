@@ -78,6 +78,8 @@ class Server final : public ConsoleServer {
   ~Server() override {
     server_.reset();
     if (booth_live_ != nullptr) booth_live_->OnScanEnded({});  // the link may still hear of one
+    intake_.reset();
+    jobs_.reset();  // what they do last works with the context
   }
 
   Status Prepare() {

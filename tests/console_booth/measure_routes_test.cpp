@@ -109,6 +109,7 @@ TEST_F(MeasureRoutes, MeasureSectionsLevelAndTilted) {
   ASSERT_EQ(level.status, 200) << level.seen;
   EXPECT_NEAR(level.json.at("perimeter_mm").get<double>(), kRadius * kPi2, 1e-3);
   EXPECT_NEAR(level.json.at("tape_mm").get<double>(), kRadius * kPi2, 1e-2);
+  EXPECT_NEAR(level.json.at("taut_tape_mm").get<double>(), kRadius * kPi2, 1e-2);
   EXPECT_NEAR(level.json.at("area_mm2").get<double>(), kRadius * kRadius * kPi2 / 2.0, 0.1);
   ASSERT_EQ(level.json.at("loops").size(), 1U);
   EXPECT_EQ(level.json.at("loops")[0].size(), 360U);
