@@ -3,19 +3,9 @@ import { get } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, table } from '../../core/ui';
 import { t } from '../../words/technician';
-import { badge, timeText } from './page_parts';
+import { type AuditLine, matching } from './audit_filter';
+import { badge, pageOf, timeText } from './page_parts';
 import './technician.css';
-
-interface AuditLine {
-  number: number;
-  time_ms: number;
-  user: string;
-  origin: string;
-  action: string;
-  subject: string;
-  result: string;
-  hash: string;
-}
 
 interface AuditPart {
   lines: AuditLine[];
@@ -51,20 +41,11 @@ export const auditPage = {
       }
     }
     search.input.addEventListener('input', draw);
-    replace(root, h('h1', null, t('audit_title')), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
+    pageOf(root, t('audit_title'), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
     void load().finally(() => (more.disabled = more.hidden));
     return () => {};
   },
 };
-
-/** Lines that hold every word that was typed, in any of their columns. */
-export function matching(lines: readonly AuditLine[], typed: string): AuditLine[] {
-  const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
-  return lines.filter((line) => {
-    const text = [line.number, line.user, line.origin, line.action, line.subject, line.result].join(' ').toLowerCase();
-    return words.every((word) => text.includes(word));
-  });
-}
 
 function verdictOf(part: AuditPart): HTMLElement {
   if (part.verified) return h('p', { class: 'note good' }, `✓ ${t('chain_verified')}`);
