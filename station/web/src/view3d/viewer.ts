@@ -306,7 +306,8 @@ export class Viewer {
     this.#aim();
     renderer.render(this.#scene, this.#camera);
     this.#overlay.place((p) => this.project(p), eyeOf(this.#place), this.element.clientWidth, this.element.clientHeight);
-    ++this.#drawn;
+    // For whoever measures how fluent it is from outside.
+    renderer.domElement.dataset['drawn'] = String(++this.#drawn);
     this.#drawFineLater(renderer);
   }
 
