@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "tests/station_http/http_fixture.h"
@@ -222,6 +223,18 @@ TEST_F(TlsServerTest, RefusesACertificateThatDoesNotFitItsKey) {
   const auto made = HttpServer::Make(options, handler);
   ASSERT_FALSE(made.has_value());
   EXPECT_THAT(made.error().Text(), HasSubstr("does not fit"));
+}
+
+TEST_F(TlsServerTest, SatisfiesAnotherProgramsClient) {
+  StartTls();
+  const std::string authority = BinaryFolder() + "/https_peer_authority.pem";
+  PosixStorage disk;
+  ASSERT_TRUE(WriteFileAtomically(disk, authority, target.authority_pem).has_value());
+  const std::string script = SourceFolder() + "/tests/station_http/https_peer.py";
+  const std::string command =
+      "/usr/bin/python3 '" + script + "' " + std::to_string(target.port) + " '" + authority + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << "what does not hold is on stderr";
+  std::filesystem::remove(authority);
 }
 
 TEST_F(TlsServerTest, SpeaksWebSocketOverTls) {

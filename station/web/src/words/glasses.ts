@@ -172,6 +172,11 @@ export const glassesWords = {
 
 export const tGlasses = wordsOf(glassesWords);
 
+/** Day and time in the person's language, by this machine's clock. */
+export function dateText(time_ms: number): string {
+  return new Date(time_ms).toLocaleString(language.value === 'ja' ? 'ja-JP' : 'en-GB', { dateStyle: 'medium', timeStyle: 'short' });
+}
+
 /** Names of a frame's fields by their options. */
 const fieldTable: Words = {
   'upper-outer': ['Upper outer corner [1]', '上部外側 [1]'],
@@ -273,7 +278,7 @@ const goalTable: Record<string, { term: readonly [string, string]; below: readon
   vertex_distance: { term: ['Vertex distance', '頂点間距離'], below: ['lens too near to the eye: bend the pads, or choose a narrower bridge', 'レンズが目に近すぎます。パッドを調整するか鼻幅の狭いものを選びます。'], above: ['lens too far from the eye: bend the pads, or choose a wider bridge', 'レンズが目から遠すぎます。パッドを調整するか鼻幅の広いものを選びます。'] },
   pantoscopic_tilt: { term: ['Pantoscopic tilt', '前傾角'], below: ['tilt too small: bend the temples’ joints', '前傾角が小さすぎます。テンプルの付け根を曲げます。'], above: ['tilt too large: bend the temples’ joints', '前傾角が大きすぎます。テンプルの付け根を曲げます。'] },
   face_form: { term: ['Face-form angle', 'そり角'], below: ['too flat: bend the bridge or choose a more curved front', 'そり角が小さすぎます。ブリッジを曲げるかカーブの強いものを選びます。'], above: ['too curved: bend the bridge or choose a flatter front', 'そり角が大きすぎます。ブリッジを曲げるか平らなものを選びます。'] },
-  dbl: { term: ['Between the lenses (DBL)', '鼻幅（DBL）'], below: ['too narrow for this nose', '鼻幅が狭すぎます。'], above: ['too wide for this nose', '鼻幅が広すぎます。'] },
+  dbl: { term: ['Between the lenses (DBL)', '鼻幅（DBL）'], below: ['too narrow for this nose', '鼻幅が狭すぎます。鼻幅の広いものか調整式パッドを選びます。'], above: ['too wide for this nose', '鼻幅が広すぎます。鼻幅の狭いものか調整式パッドを選びます。'] },
   temple_length: { term: ['Temple to its bend', 'テンプル（曲がりまで）'], below: ['choose shorter temples', '短いテンプルを選びます。'], above: ['choose longer temples', '長いテンプルを選びます。'] },
   temple_splay: { term: ['Temple splay', 'テンプルの開き'], below: ['front too wide for this head: choose a narrower frame', 'フロントが広すぎます。幅の狭いフレームを選びます。'], above: ['front too narrow for this head: choose a wider frame', 'フロントが狭すぎます。幅の広いフレームを選びます。'] },
   lash_clearance: { term: ['Lashes to the lens', 'まつ毛との距離'], below: ['move the lenses forward by pads or bridge', 'パッドかブリッジでレンズを前に出します。'], above: ['', ''] },

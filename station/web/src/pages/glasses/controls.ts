@@ -23,7 +23,7 @@ export interface SliderRow {
 
 /** How many decimals a step has. */
 function decimals(step: number): number {
-  return Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  return String(step).split('.')[1]?.length ?? 0;
 }
 
 /**
@@ -67,8 +67,8 @@ export function sliderRow(label: string, look: SliderLook, change: (value: numbe
       h('div', { class: 'slider-head' }, h('label', { for: id }, label), words),
       h('div', { class: 'slider-line' }, nudge('−', -1), range, nudge('+', 1), number, h('span', { class: 'unit' }, look.unit))),
     set: (value) => {
-      // What a hand holds is not moved under it.
-      if (document.activeElement !== number || number.matches(':not(:focus)')) show(held(value));
+      // A number that is being typed is not changed under the hand.
+      if (document.activeElement !== number) show(held(value));
     },
   };
 }

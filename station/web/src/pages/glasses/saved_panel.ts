@@ -2,7 +2,7 @@
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field } from '../../core/ui';
 import { toast } from '../../core/overlay';
-import { tGlasses } from '../../words/glasses';
+import { dateText, tGlasses } from '../../words/glasses';
 import type { SavedDesign } from './api';
 import { activeDesign, lookOfFile, withDesign, type Design } from './design';
 import type { Desk } from './desk';
@@ -22,7 +22,7 @@ export function savedPanel(desk: Desk): Panel {
     }
   };
   const save = button(tGlasses('save'), async () => {
-    const name = title.value || new Date().toLocaleString();
+    const name = title.value || dateText(Date.now());
     await desk.api.save(name, activeDesign(desk.bench.value), desk.bench.value.prescription);
     toast(tGlasses('saved_as', { name }), 'good');
     await load();
@@ -54,7 +54,7 @@ function savedRow(desk: Desk, saved: SavedDesign, changed: () => void): HTMLElem
     await desk.api.remove(saved.id);
     changed();
   }, { kind: 'quiet', label: `${tGlasses('remove')}: ${saved.title}` });
-  return h('li', null, h('div', null, h('strong', null, saved.title), h('span', { class: 'muted small' }, ` ${new Date(saved.made_ms).toLocaleString()}`)),
+  return h('li', null, h('div', null, h('strong', null, saved.title), h('span', { class: 'muted small' }, ` ${dateText(saved.made_ms)}`)),
     h('div', { class: 'row' }, take, over, remove));
 }
 

@@ -1,6 +1,7 @@
 // Two visits of a customer: both bodies from the same side, and what has changed beyond what chance does.
 import { h, replace } from '../../core/dom';
 import { choice, table, type Column } from '../../core/ui';
+import { dateText } from '../../words/glasses';
 import { tMeasure } from '../../words/measure';
 import { Viewer } from '../../view3d/viewer';
 import { MeasureApi, numberOf, type Comparison, type Difference, type Measurement, type Visit } from './api';
@@ -76,7 +77,7 @@ export function compareTool(bench: Bench, second: HTMLElement): Tool {
 }
 
 function dateOf(visit: Visit): string {
-  return new Date(visit.taken_ms).toLocaleString();
+  return dateText(visit.taken_ms);
 }
 
 function linked(a: Viewer, b: Viewer): () => void {
