@@ -40,6 +40,8 @@ using std::chrono::milliseconds;
 constexpr std::size_t kReadBytes = 16 << 10;
 /// Of an answer, for which the client has HttpLimits::write.
 constexpr std::size_t kPieceBytes = 256 << 10;
+/// Of a body, that go along with its head.
+constexpr std::size_t kTogetherBytes = 12 << 10;
 constexpr int kSendBufferBytes = 256 << 10;
 constexpr milliseconds kLingerTime{1000};
 /// For the other side's goodbye.
@@ -179,7 +181,7 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
 
   // Its answer.
   void Answer(HttpResponse response);
-  void WritePiece();
+  void Write(std::string_view bytes);
   void OnWritten(const ErrorCode& error);
   void BeginLinger();
   void ShutAndDrain();
@@ -517,16 +519,16 @@ void Connection::Answer(HttpResponse response) {
     answer_head_ = AnswerHead(response, after_, now);
   }
   answer_body_ = head_only_ || IsBodiless(response.status) ? std::string() : std::move(response.body);
-  written_ = 0;
-  WritePiece();
+  // A small body goes along with its head: one TLS record, one packet.
+  written_ = std::min(answer_body_.size(), kTogetherBytes);
+  answer_head_.append(answer_body_, 0, written_);
+  Write(answer_head_);
 }
 
-void Connection::WritePiece() {
+/// One buffer at a time: of several, Beast's TLS stream writes only a first that is empty, and nothing would go on.
+void Connection::Write(std::string_view bytes) {
   SetDeadline(limits_.write);
-  const std::string_view piece = std::string_view(answer_body_).substr(written_, kPieceBytes);
-  written_ += piece.size();
-  const std::array<asio::const_buffer, 2> buffers{asio::buffer(answer_head_), asio::buffer(piece.data(), piece.size())};
-  asio::async_write(*stream_, buffers,
+  asio::async_write(*stream_, asio::buffer(bytes.data(), bytes.size()),
                     [self = shared_from_this()](const ErrorCode& error, std::size_t) { self->OnWritten(error); });
 }
 
@@ -536,9 +538,10 @@ void Connection::OnWritten(const ErrorCode& error) {
     End();
     return;
   }
-  answer_head_.clear();
   if (written_ < answer_body_.size()) {
-    WritePiece();
+    const std::string_view piece = std::string_view(answer_body_).substr(written_, kPieceBytes);
+    written_ += piece.size();
+    Write(piece);
     return;
   }
   answer_body_ = {};

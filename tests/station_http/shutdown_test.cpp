@@ -82,6 +82,9 @@ TEST_F(ServerEnd, AnAnswerThatIsUnderWayIsGiven) {
   ASSERT_TRUE(client->Send(Get("/")));
   begun.get_future().wait();
   auto ending = std::async(std::launch::async, [&] { server.reset(); });
+  // It has begun to end when it takes no connection any more.
+  target.authority_pem.clear();
+  ASSERT_TRUE(Eventually([&] { return RawClient::Connect(target) == nullptr; }));
   release.set_value();
   const RawAnswer answer = client->ReadAnswer();
   EXPECT_EQ(answer.body, "the last");

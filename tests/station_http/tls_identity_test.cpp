@@ -237,6 +237,19 @@ TEST_F(TlsServerTest, SatisfiesAnotherProgramsClient) {
   std::filesystem::remove(authority);
 }
 
+TEST_F(TlsServerTest, AnswersOfAnySizeComeWhole) {
+  std::string body;
+  handler.answer = [&](const HttpRequest&) { return HttpResponse{200, "text/plain", {}, body}; };
+  StartTls();
+  const auto client = Client();
+  for (const std::size_t bytes : {0, 1, 12'287, 12'288, 12'289, 16'383, 16'384, 16'385, 70'000, 300'000, 3'000'000}) {
+    body.assign(bytes, 'x');
+    const RawAnswer answer = client->Ask(Get("/"));
+    ASSERT_EQ(answer.status, 200) << bytes;
+    ASSERT_EQ(answer.body, body) << bytes;
+  }
+}
+
 TEST_F(TlsServerTest, KeepsItsTimeLimits) {
   options.limits.header = std::chrono::milliseconds(60);
   options.limits.body = std::chrono::milliseconds(60);
