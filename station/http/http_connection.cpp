@@ -10,13 +10,13 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
+#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <exception>
 #include <optional>
@@ -69,7 +69,7 @@ class EitherStream {
   executor_type get_executor() { return Socket().get_executor(); }
   Tcp::socket& Socket() { return tls_ ? tls_->next_layer() : *plain_; }
   [[nodiscard]] bool tls() const { return tls_.has_value(); }
-  beast::ssl_stream<Tcp::socket>& Tls() { return *tls_; }
+  asio::ssl::stream<Tcp::socket>& Tls() { return *tls_; }
 
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
@@ -90,7 +90,7 @@ class EitherStream {
 
  private:
   std::optional<Tcp::socket> plain_;
-  std::optional<beast::ssl_stream<Tcp::socket>> tls_;
+  std::optional<asio::ssl::stream<Tcp::socket>> tls_;
 };
 
 // What Beast's WebSocket asks of a stream of one's own.
