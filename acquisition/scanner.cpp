@@ -226,6 +226,7 @@ ScannerStatus Scanner::State::Report() const {
   status.causes = machine.causes();
   status.held_by = reading.held_by;
   status.chain = notices;
+  status.lines = last_lines;
   status.warnings = warnings;
   if (!reference_note.empty()) status.warnings.push_back(reference_note);
   if (!temperature_note.empty()) status.warnings.push_back(temperature_note);

@@ -15,6 +15,7 @@
 #include "acquisition/scan_machine.h"
 #include "acquisition/scan_quality.h"
 #include "acquisition/scan_run.h"
+#include "acquisition/scan_sink.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/storage.h"
@@ -67,6 +68,7 @@ struct ScannerStatus {
   std::vector<ScanCause> causes;       ///< Latched, the first one first.
   std::string held_by;                 ///< Why the chain holds the outputs, if it does.
   std::vector<InterlockNotice> chain;  ///< What is wrong with the chain.
+  std::optional<SafetyLines> lines;    ///< Of the chain, since they last changed; nothing before the first reading.
   std::vector<std::string> warnings;   ///< What stops nothing: late ticks, a slow disk, lamps.
   std::string job;                     ///< What the worker does: "", "home", "arm", "scan", "jog", "recover".
   std::string stage;                   ///< Of it, for people.

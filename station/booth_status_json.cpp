@@ -75,6 +75,35 @@ InterlockNotice ReadNotice(FieldReader& fields) {
   return notice;
 }
 
+/// {time_ns, inputs: {estop_a: true, …}, outputs: {…}}.
+BoothJson JsonFromLines(const SafetyLines& lines) {
+  BoothJson inputs = BoothJson::object();
+  for (std::size_t i = 0; i < kInterlockInputs; ++i) {
+    inputs[InterlockName(static_cast<InterlockInput>(i))] = lines.input.at(i);
+  }
+  BoothJson outputs = BoothJson::object();
+  for (std::size_t i = 0; i < kInterlockOutputs; ++i) {
+    outputs[InterlockName(static_cast<InterlockOutput>(i))] = lines.output.at(i);
+  }
+  return {{"time_ns", lines.time.count()}, {"inputs", std::move(inputs)}, {"outputs", std::move(outputs)}};
+}
+
+SafetyLines ReadLines(FieldReader& fields) {
+  SafetyLines lines;
+  lines.time = std::chrono::nanoseconds(fields.Integer("time_ns"));
+  fields.Object("inputs", [&](FieldReader& inputs) {
+    for (std::size_t i = 0; i < kInterlockInputs; ++i) {
+      lines.input.at(i) = inputs.Flag(InterlockName(static_cast<InterlockInput>(i)));
+    }
+  });
+  fields.Object("outputs", [&](FieldReader& outputs) {
+    for (std::size_t i = 0; i < kInterlockOutputs; ++i) {
+      lines.output.at(i) = outputs.Flag(InterlockName(static_cast<InterlockOutput>(i)));
+    }
+  });
+  return lines;
+}
+
 BoothJson JsonFromArm(const ArmReport& arm) {
   BoothJson checks = BoothJson::array();
   for (const ArmCheck& check : arm.checks) {
@@ -219,6 +248,7 @@ void PutStatus(const StatusMessage& message, BoothJson& json) {
   json["causes"] = List(s.causes, JsonFromCause);
   json["held_by"] = Clipped(s.held_by);
   json["chain"] = List(s.chain, JsonFromNotice);
+  json["lines"] = s.lines ? JsonFromLines(*s.lines) : BoothJson(nullptr);
   json["warnings"] = Texts(s.warnings);
   json["job"] = Clipped(s.job);
   json["stage"] = Clipped(s.stage);
@@ -242,6 +272,7 @@ StatusMessage ReadStatus(FieldReader& fields) {
   fields.Objects("causes", kMaxList, [&](FieldReader& cause) { s.causes.push_back(ReadCause(cause)); });
   s.held_by = fields.Words("held_by");
   fields.Objects("chain", kMaxList, [&](FieldReader& notice) { s.chain.push_back(ReadNotice(notice)); });
+  if (fields.Has("lines")) fields.Object("lines", [&](FieldReader& lines) { s.lines = ReadLines(lines); });
   s.warnings = fields.Texts("warnings", kMaxList);
   s.job = fields.Words("job");
   s.stage = fields.Words("stage");

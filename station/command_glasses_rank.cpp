@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "modeling/glasses/glasses_rank.h"
+#include "modeling/glasses/prescription.h"
 #include "station/command_glasses.h"
 #include "station/files.h"
 #include "station/glasses_fit_report.h"
@@ -14,9 +15,23 @@ namespace {
 struct RankCommandOptions {
   std::string model;
   std::string library;
+  std::string prescription;
   std::size_t top = 0;
   std::string json;
 };
+
+/// What the order says of the pupils counts more than the scan.
+Status TakePupils(const std::string& path, CommandIo& io, GlassesFitOptions& fit) {
+  if (path.empty()) return {};
+  const auto text = ReadTextFile(io.storage(), path);
+  if (!text) return Fail(text);
+  const auto order = PrescriptionFromJson(*text, path);
+  if (!order) return Fail(order);
+  fit.face.pd_right = order->right.pd;
+  fit.face.pd_left = order->left.pd;
+  fit.pupil_height = {order->right.height, order->left.height};
+  return {};
+}
 
 Status RunRank(const RankCommandOptions& options, CommandIo& io) {
   const auto model = ReadModelFile(io.storage(), options.model);
@@ -29,13 +44,15 @@ Status RunRank(const RankCommandOptions& options, CommandIo& io) {
   }
   const auto surface = MeasuredSurface::FromModel(*model);
   if (!surface) return Fail(surface);
-  const auto head = WearerHead::Look(*surface, {});
+  RankOptions rank;
+  RETURN_IF_ERROR(TakePupils(options.prescription, io, rank.fit));
+  const auto head = WearerHead::Look(*surface, rank.fit.face);
   if (!head) return Fail(head);
   ProgressDisplay display(io.progress_mode());
   TaskContext task;
   task.stop = io.stop();
   task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
-  const auto ranked = RankFrames(*head, CandidatesOf(library), {}, task);
+  const auto ranked = RankFrames(*head, CandidatesOf(library), rank, task);
   display.Clear();
   if (io.stop().stop_requested()) return tl::unexpected(InterruptedError("rank frames on " + options.model));
   if (!ranked) return Fail(ranked);
@@ -52,6 +69,8 @@ void AddGlassesRank(CLI::App& parent, CommandWork& chosen) {
   command->add_option("model", options->model, "model with a head")->required();
   command->add_option("--library", options->library, "library of frames; without it the built-in one")
       ->type_name("LIBRARY.json");
+  command->add_option("--rx", options->prescription, "prescription: its pupillary distances and heights count")
+      ->type_name("RX.json");
   command->add_option("--top", options->top, "how many to show; 0: all")->type_name("N")->capture_default_str();
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus glasses rank model.json --top 10");

@@ -13,15 +13,17 @@ namespace annulus {
 namespace {
 
 using toml_table::BadConfig;
-using toml_table::Ignore;
 using toml_table::NumberIn;
 using toml_table::ReadTable;
 using toml_table::Refuse;
+using toml_table::Setter;
 using toml_table::Setters;
 using toml_table::Text;
+using toml_table::Texts;
 using toml_table::ToFlag;
 using toml_table::ToNumber;
 using toml_table::ToText;
+using toml_table::ToWhole;
 using toml_table::WholeIn;
 
 void ReadCalibration(const toml::node& node, CalibrationConfig& calibration) {
@@ -57,12 +59,62 @@ ProfileConfig ReadProfile(const toml::node& node, const std::string& name) {
   return profile;
 }
 
+/// A setter of a text that is one of few; `target` must outlive it.
+Setter ToOneOf(std::string& target, std::vector<std::string> words) {
+  return [&target, words = std::move(words)](const toml::node& node, const std::string& key) {
+    target = Text(node, key);
+    if (std::find(words.begin(), words.end(), target) != words.end()) return;
+    std::string known;
+    for (const std::string& word : words) known += (known.empty() ? "\"" : ", \"") + word + '"';
+    Refuse(node, key, "one of " + known);
+  };
+}
+
+void ReadStore(const toml::node& node, StoreConfig& store) {
+  constexpr int kTenYears = 3653;
+  ReadTable(node, "store",
+            {{"folder", ToText(store.folder)},
+             {"key_file", ToText(store.key_file)},
+             {"backup_folder", ToText(store.backup_folder)},
+             {"recordings", ToText(store.recordings)},
+             {"keep_days", ToWhole(store.keep_days, 1, kTenYears)}});
+}
+
+/// A name as it stands in a certificate and behind "Host:": letters, digits, '-' and '.'.
+bool IsHostName(const std::string& name) {
+  return !name.empty() && name.size() <= 253 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+  });
+}
+
+/// An IPv4 or IPv6 address in digits; whether it can be listened on turns out at start.
+bool IsAddress(const std::string& text) {
+  return text.find_first_of(".:") != std::string::npos &&
+         text.find_first_not_of("0123456789abcdefABCDEF.:") == std::string::npos;
+}
+
+void ReadConsole(const toml::node& node, ConsoleConfig& console) {
+  const auto list = [](std::vector<std::string>& target, bool (*fits)(const std::string&), const char* wanted) {
+    return [&target, fits, wanted](const toml::node& n, const std::string& key) {
+      target = Texts(n, key);
+      if (!std::all_of(target.begin(), target.end(), fits)) Refuse(n, key, wanted);
+    };
+  };
+  ReadTable(node, "console",
+            {{"port", ToWhole(console.port, 1, 65535)},
+             {"addresses", list(console.addresses, IsAddress, "a list of addresses in digits, as \"192.0.2.7\"")},
+             {"host_names", list(console.host_names, IsHostName, "a list of names of this machine, without a port")}});
+}
+
 Config ReadAll(const toml::table& root) {
   Config config;
   const Setters sections{
       {"station",
        [&](const toml::node& n, const std::string&) {
-         ReadTable(n, "station", {{"id", ToText(config.station_id)}, {"language", Ignore()}, {"units", Ignore()}});
+         ReadTable(n, "station",
+                   {{"id", ToText(config.station_id)},
+                    {"language", ToOneOf(config.language, {"en", "ja"})},
+                    {"units", ToOneOf(config.units, {"mm", "cm", "in"})}});
        }},
       {"ring", [&](const toml::node& n, const std::string&) { ReadRingSection(n, config.ring); }},
       {"axis", [&](const toml::node& n, const std::string&) { ReadAxisSection(n, config.axis); }},
@@ -76,8 +128,8 @@ Config ReadAll(const toml::table& root) {
          }
        }},
       {"calibration", [&](const toml::node& n, const std::string&) { ReadCalibration(n, config.calibration); }},
-      {"store", Ignore()},
-      {"console", Ignore()},
+      {"store", [&](const toml::node& n, const std::string&) { ReadStore(n, config.store); }},
+      {"console", [&](const toml::node& n, const std::string&) { ReadConsole(n, config.console); }},
       {"sim", [&](const toml::node& n, const std::string&) { ReadSimSection(n, config.sim); }}};
   ReadTable(root, "the file", sections);
   if (config.sim.reference && !config.ring.reference) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "base/storage.h"
@@ -65,9 +66,29 @@ struct CalibrationConfig {
   Uncalibrated uncalibrated = Uncalibrated::kByBooth;
 };
 
+/// [store]: where customers, scans and their files are kept.
+struct StoreConfig {
+  std::string folder;         ///< "": of `annulus serve --folder`.
+  std::string key_file;       ///< The station's key; "": station.key in the folder, made at first start.
+  std::string backup_folder;  ///< "": backups in the folder.
+  std::string recordings;     ///< Where boothd writes (its --recordings); "": recordings in the folder.
+  int keep_days = 90;         ///< Retention of new customers.
+};
+
+/// [console]: how the operator's console is reached.
+struct ConsoleConfig {
+  int port = 8437;
+  std::vector<std::string> addresses;   ///< In digits, beside 127.0.0.1 and ::1; any makes it reachable from afar.
+  std::vector<std::string> host_names;  ///< Under which it is reached, beside localhost; in the certificate.
+};
+
 /// A station's configuration (docs/config.md). Unknown keys are errors.
 struct Config {
   std::string station_id = "sim";
+  std::string language = "en";  ///< Of the console until somebody chooses: "en", "ja".
+  std::string units = "mm";     ///< Of lengths on screens and documents: "mm", "cm", "in".
+  StoreConfig store;
+  ConsoleConfig console;
   RingConfig ring;
   AxisConfig axis;
   InterlockConfig interlock;

@@ -10,6 +10,7 @@
 namespace annulus {
 
 class BoothLink;
+struct ConsoleFrame;
 class JobRunner;
 class LiveHub;
 class ModelCache;
@@ -31,8 +32,8 @@ struct ConsoleContext {
 };
 
 // Each adds the routes of one area (docs/console_api.md has one section for each).
-void AddSessionRoutes(RouteTable& table,
-                      ConsoleContext& context);  ///< Log in and out, STOP, what the page needs first.
+void AddSessionRoutes(RouteTable& table, ConsoleContext& context,
+                      ConsoleFrame& frame);  ///< Log in and out, STOP, what the page needs first.
 void AddCustomerRoutes(RouteTable& table, ConsoleContext& context);     ///< Customers, consents, erasure.
 void AddBoothRoutes(RouteTable& table, ConsoleContext& context);        ///< Status, home, arm, start, acknowledge, jog.
 void AddScanRoutes(RouteTable& table, ConsoleContext& context);         ///< Scans, models, measurements, documents.
@@ -41,6 +42,7 @@ void AddGlassesRoutes(RouteTable& table, ConsoleContext& context);      ///< The
 void AddTechnicianRoutes(RouteTable& table, ConsoleContext& context);   ///< Doctor, drift, parameters, recordings.
 void AddCalibrationRoutes(RouteTable& table, ConsoleContext& context);  ///< Guided calibration.
 void AddReplayRoutes(RouteTable& table, ConsoleContext& context);       ///< The developer's replay and fits.
-void AddAdminRoutes(RouteTable& table, ConsoleContext& context);        ///< Users, retention, backups, audit.
+void AddAdminRoutes(RouteTable& table, ConsoleContext& context,
+                    ConsoleFrame& frame);  ///< Users, retention, backups, audit.
 
 }  // namespace annulus

@@ -6,9 +6,12 @@
 
 #include "base/result.h"
 #include "modeling/landmarks/landmark.h"
+#include "station/console/glasses_wearer.h"
 #include "station/loaded_model.h"
 
 namespace annulus {
+
+class Store;
 
 /// A scan's model as the routes work on it. Never changed once made; a change of landmarks makes a new one.
 struct OpenModel {
@@ -16,6 +19,8 @@ struct OpenModel {
   std::string artefact_id;  ///< Of the model; changes when it was fitted again.
   LoadedModel loaded;
   Landmarks landmarks;  ///< As they are now: found, and moved by hand.
+  /// The head as the designer works on it; it ends with the model.
+  std::shared_ptr<GlassesWearerSlot> wearer = std::make_shared<GlassesWearerSlot>();
 };
 
 /// The few models that were used last, opened. At most four, dropped after five minutes and at the end of a visit: what
@@ -29,5 +34,10 @@ class ModelCache {
   virtual void Drop(const std::string& scan_id) = 0;
   virtual void DropAll() = 0;
 };
+
+/// What a ModelCache opens: the newest model of a scan in the store, its landmarks found again, and those that were set
+/// by hand (artefact "landmarks") put in their place; one of these that no longer fits is left out. Takes some tenths
+/// of a second. Fails if the scan has no model, or it cannot be read.
+[[nodiscard]] Result<std::shared_ptr<const OpenModel>> OpenStoredModel(Store& store, const std::string& scan_id);
 
 }  // namespace annulus

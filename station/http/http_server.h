@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -58,6 +59,8 @@ struct HttpLimits {
   std::size_t body_bytes = 1 << 20;
   /// Bodies of these paths may be larger: prefix and bytes (imports).
   std::vector<std::pair<std::string, std::size_t>> large_bodies;
+  /// Of all bodies together that are larger than body_bytes; beyond: 503.
+  std::size_t large_bodies_bytes = 256 << 20;
   std::chrono::milliseconds handshake{5000};  ///< Of TLS.
   std::chrono::milliseconds header{5000};     ///< From the first byte to the end of the head (slowloris).
   std::chrono::milliseconds body{30000};
@@ -77,6 +80,9 @@ struct HttpServerOptions {
   std::string certificate_pem;                             ///< Chain; empty together with the key: no TLS (tests only).
   std::string private_key_pem;
   int worker_threads = 4;
+  /// Paths (whole) whose requests have a thread and a token bucket of their own, so that neither slow handlers nor a
+  /// peer's other requests can hold them up: what stops the machine. Their handlers must be quick.
+  std::vector<std::string> urgent_paths;
   HttpLimits limits;
 };
 

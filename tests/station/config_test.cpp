@@ -23,7 +23,7 @@ TEST(Config, ReadsEveryKeyOfItsSections) {
   const auto config = ParseConfig(R"(
 [station]
 id = "booth-3"
-language = "de"
+language = "ja"
 units = "mm"
 [ring]
 bus = "usb"

@@ -96,7 +96,7 @@ function optionsOf(look: PlotLook, width: number): uPlot.Options {
     width,
     height: look.height ?? 240,
     tzDate: (time) => uPlot.tzDate(new Date(time * 1000), 'Etc/UTC'),
-    padding: [8, 14, 0, 0],
+    padding: [8, 26, 0, 0],
     legend: { show: look.legend ?? true, live: true },
     cursor: { y: false, points: { size: 8 } },
     scales: { x: { time: look.xTime ?? false }, y: { range: (_, low, high) => yRange(look, low, high) } },

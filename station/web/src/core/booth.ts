@@ -38,11 +38,20 @@ export interface PlainStep {
   advice: string;
 }
 
+/** The booth in words of somebody in a shop. */
+export interface PlainBooth {
+  ready: boolean;
+  steps: PlainStep[];
+  causes: { code: string; service: boolean; text: string; advice: string; seen: string }[];
+  state_text: string;
+  lost_text: string;
+}
+
 export interface BoothView {
   connected: boolean;
   why: string;
   status: BoothStatus | null;
-  plain: { ready: boolean; steps: PlainStep[]; state_text: string; lost_text: string } | null;
+  plain: PlainBooth | null;
   booth?: { ring_radius_mm?: number; axis?: { z_min_mm: number; z_max_mm: number }; profiles?: string[]; simulated?: boolean } | null;
 }
 
@@ -62,16 +71,29 @@ export function lampOf(view: BoothView): 'green' | 'yellow' | 'red' | 'off' {
   return state === 'IDLE' || state === 'ARMED' ? 'green' : 'yellow';
 }
 
-/** Follows the live line; in another language the words are asked for again. Called once. */
+interface LiveStatus extends BoothView {
+  plain_ja?: PlainBooth | null;
+}
+
+/** Follows the live line, which speaks both languages. Called once. */
 export function watchBooth(): void {
+  let newest: LiveStatus | null = null;
+  const put = () => {
+    if (!newest) return;
+    const plain = language.value === 'ja' ? (newest.plain_ja ?? newest.plain) : newest.plain;
+    booth.set({ connected: newest.connected, why: newest.why, status: newest.status, plain, booth: booth.value.booth ?? null });
+  };
   on('status', (message) => {
-    const told = message as unknown as BoothView & { language?: string };
-    booth.set({ ...booth.value, ...told, booth: told.booth ?? booth.value.booth ?? null });
+    newest = message as unknown as LiveStatus;
+    put();
   });
   connected.watch((yes) => {
     if (yes) void refreshBooth();
   });
-  language.watch(() => void refreshBooth());
+  language.watch(() => {
+    put();
+    void refreshBooth();
+  });
 }
 
 /** Asks now. Who is neither operator nor technician is told over the live line only. */

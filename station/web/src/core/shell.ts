@@ -90,13 +90,25 @@ function notHere(title: string, advice: string): HTMLElement {
   return h('div', { class: 'page stack' }, h('h1', null, title), h('p', null, advice), h('p', null, linkButton(tShell('home'), '/')));
 }
 
+/** In our own words: the page's language need not be the station's. */
+const stateWords = {
+  SAFE: 'state_SAFE',
+  IDLE: 'state_IDLE',
+  HOMING: 'state_HOMING',
+  ARMED: 'state_ARMED',
+  SCANNING: 'state_SCANNING',
+  STOPPING: 'state_STOPPING',
+  FAULT: 'state_FAULT',
+  JOG: 'state_JOG',
+} as const;
+
 function header(): HTMLElement {
   const state = h('div', { class: 'booth-state', role: 'status' });
   const tools = h('div', { class: 'tools' });
   const drawState = () => {
     const view = booth.value;
     state.dataset['lamp'] = lampOf(view);
-    const text = view.connected ? (view.plain?.state_text ?? view.status?.state ?? '') : tShell('booth_away');
+    const text = view.connected && view.status ? tShell(stateWords[view.status.state]) : tShell('booth_away');
     replace(state, h('span', { class: 'lamp', 'aria-hidden': 'true' }), h('span', null, text), session.value?.simulated ? h('span', { class: 'badge warn' }, tShell('simulated')) : null);
   };
   const drawTools = () => {

@@ -57,7 +57,9 @@ export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean): Surface
     material,
     setColour: ([r, g, b, a]) => {
       material.color.setRGB(r, g, b);
-      material.opacity = kind === 'lens' ? a : 1;
+      material.opacity = a;
+      // Translucent plastic is blended but keeps its depth, so that a temple does not show its own back.
+      if (kind !== 'lens') material.transparent = a < 1;
     },
     setPixelRatio: (ratio) => {
       hatch.value = 7 * ratio;

@@ -48,6 +48,9 @@ const fieldOfView_deg = 28;
 /** While the camera moves, a picture that takes longer (ms) is drawn with fewer pixels. */
 const slowFrame_ms = 45;
 const coarseRatio = 0.6;
+/** Where smooth edges cost too much, a picture that has stood for a moment is drawn once more with this many pixels. */
+const fineRatio = 2;
+const standing_ms = 350;
 const glide_ms = 250;
 
 export class Viewer {
@@ -59,7 +62,7 @@ export class Viewer {
   claim: (event: PointerEvent) => boolean = () => false;
 
   readonly #renderer: THREE.WebGLRenderer | null;
-  readonly #mostPixelRatio: number;
+  readonly #software: boolean;
   readonly #scene = new THREE.Scene();
   readonly #camera = new THREE.PerspectiveCamera(fieldOfView_deg, 1, 10, 30_000);
   readonly #lamp = new THREE.DirectionalLight(0xffffff, 2.3);
@@ -70,6 +73,8 @@ export class Viewer {
   readonly #ends: (() => void)[] = [];
   #place: CameraPlace = { azimuth_deg: views.front, elevation_deg: 0, distance_mm: 4000, target: [0, 0, 900] };
   #frame = 0;
+  #fineTimer = 0;
+  #ratioAfterFine: number | null = null;
   #drawn = 0;
   #moving = false;
   #lastFrame_ms = 0;
@@ -78,9 +83,8 @@ export class Viewer {
 
   constructor(host: HTMLElement, options: ViewerOptions) {
     this.element = h('div', { class: 'view3d', tabindex: '0', role: 'application', 'aria-label': options.label });
-    const software = drawsInSoftware();
-    this.#mostPixelRatio = software ? 1 : 2;
-    this.#renderer = makeRenderer(!software);
+    this.#software = drawsInSoftware();
+    this.#renderer = makeRenderer(!this.#software);
     this.available = this.#renderer !== null;
     host.append(this.element);
     if (!this.#renderer) {
@@ -223,6 +227,11 @@ export class Viewer {
     this.requestRender();
   }
 
+  /** Looks at a place from a distance at which `height_mm` there fill the picture's height. */
+  lookAt(target: Vec3, height_mm: number): void {
+    this.setCamera({ ...this.#place, target, distance_mm: height_mm / (2 * Math.tan((fieldOfView_deg * Math.PI) / 360)) });
+  }
+
   /** Steps back until all surfaces (or one) are in the picture. */
   frame(layer?: string): void {
     const box = new THREE.Box3();
@@ -277,6 +286,7 @@ export class Viewer {
   /** Ends the picture: GPU memory, listeners and the element are given back. */
   dispose(): void {
     cancelAnimationFrame(this.#frame);
+    window.clearTimeout(this.#fineTimer);
     this.#frame = -1;
     for (const end of this.#ends.splice(0)) end();
     for (const [name, layer] of [...this.#layers]) this.#dropLayer(name, layer);
@@ -297,6 +307,21 @@ export class Viewer {
     renderer.render(this.#scene, this.#camera);
     this.#overlay.place((p) => this.project(p), eyeOf(this.#place), this.element.clientWidth, this.element.clientHeight);
     ++this.#drawn;
+    this.#drawFineLater(renderer);
+  }
+
+  /** Edges of a picture that stands are smoothed by more pixels, where WebGL does not smooth them. */
+  #drawFineLater(renderer: THREE.WebGLRenderer): void {
+    window.clearTimeout(this.#fineTimer);
+    if (!this.#software || this.#moving || this.#glide) return;
+    this.#fineTimer = window.setTimeout(() => {
+      const ratio = renderer.getPixelRatio();
+      this.#setPixelRatio(renderer, fineRatio);
+      this.#aim();
+      renderer.render(this.#scene, this.#camera);
+      // The next picture is an ordinary one again; changing the size now would clear this one.
+      this.#ratioAfterFine = ratio;
+    }, standing_ms);
   }
 
   #stepGlide(now_ms: number): void {
@@ -313,9 +338,16 @@ export class Viewer {
     const passed = now_ms - this.#lastFrame_ms;
     this.#lastFrame_ms = now_ms;
     if (busy && passed < 1000) this.#frameTime_ms += 0.3 * (passed - this.#frameTime_ms);
-    const full = Math.min(window.devicePixelRatio, this.#mostPixelRatio);
+    const full = this.#fullRatio();
+    if (this.#ratioAfterFine !== null) this.#setPixelRatio(renderer, this.#ratioAfterFine);
+    this.#ratioAfterFine = null;
     const ratio = busy && this.#frameTime_ms > slowFrame_ms ? full * coarseRatio : busy ? renderer.getPixelRatio() : full;
     if (ratio !== renderer.getPixelRatio()) this.#setPixelRatio(renderer, ratio);
+  }
+
+  /** At most twice the screen's own; drawn on the processor, no more than CSS pixels. */
+  #fullRatio(): number {
+    return Math.min(window.devicePixelRatio, this.#software ? 1 : 2);
   }
 
   #setPixelRatio(renderer: THREE.WebGLRenderer, ratio: number): void {
@@ -358,14 +390,17 @@ export class Viewer {
   }
 
   #watchHost(renderer: THREE.WebGLRenderer): void {
-    this.#setPixelRatio(renderer, Math.min(window.devicePixelRatio, this.#mostPixelRatio));
-    const sizes = new ResizeObserver(() => this.#resize());
-    sizes.observe(this.element);
+    this.#setPixelRatio(renderer, this.#fullRatio());
     const colour = (): void => {
       renderer.setClearColor(new THREE.Color(getComputedStyle(this.element).backgroundColor));
       this.requestRender();
     };
-    colour();
+    // The style sheet may come after the element; the first size comes after both.
+    const sizes = new ResizeObserver(() => {
+      colour();
+      this.#resize();
+    });
+    sizes.observe(this.element);
     const theme = new MutationObserver(colour);
     theme.observe(document.documentElement, { attributes: true });
     const dark = matchMedia('(prefers-color-scheme: dark)');

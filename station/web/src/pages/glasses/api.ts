@@ -7,42 +7,60 @@ import type { Job } from './jobs';
 import type { Prescription } from './prescription';
 
 export interface Size {
-  name: string;
-  a_mm?: number;
-  b_mm?: number;
-  dbl_mm?: number;
-  temple_mm?: number;
+  id: string;
+  /** As on the temple: "52□18-140". */
+  marking: string;
+  a_mm: number;
+  b_mm: number | null;
+  dbl_mm: number;
+  temple_mm: number;
 }
 
-/** Numbers of a frame in the fields' units, by their names in FRAME.json ("upper_outer_mm"). */
-export type FrameNumbers = Record<string, number>;
+/** Values of a frame's fields by their options ("upper-outer"): in the field's unit, a word, or null: as the paper has it. */
+export type FieldValues = Record<string, number | string | null>;
 
 export interface Style {
   id: string;
   name: string;
-  description?: string;
+  material: string;
   sizes: Size[];
-  design: { parameters: FrameNumbers; details?: Record<string, number | string> };
+  values: FieldValues;
 }
 
-export interface Slider {
+/** A field of a frame that is chosen by number; `words` instead of a range: by word. */
+export interface FrameField {
   /** Option of a design's `fields`: "upper-outer". */
   id: string;
   label: string;
-  low: number;
-  high: number;
-  step: number;
   unit: string;
+  low?: number;
+  high?: number;
+  step?: number;
+  low_word?: string;
+  high_word?: string;
+  words?: string[];
 }
 
 export interface Catalogue {
   styles: Style[];
-  sliders: Slider[];
+  /** The eight of paper 000, fig. 22. */
+  sliders: FrameField[];
+  details?: FrameField[];
   textures: string[];
   finishes: string[];
   coatings: string[];
   colours: Rgb[];
   lights: string[];
+}
+
+/** What the preview says about the frame that it shows. */
+export interface PreviewNotes {
+  /** What was changed so that it can be built, one sentence each. */
+  adjusted: string[];
+  placement_text?: string;
+  values?: FieldValues;
+  /** Marking: "52□18-140". */
+  size?: string;
 }
 
 export interface Goal {
@@ -113,11 +131,6 @@ export interface PictureOrder {
   light?: string;
 }
 
-/** Name of a slider's number in FRAME.json: "upper-outer" → "upper_outer_mm". */
-export function numberKey(option: string): string {
-  return `${option.replaceAll('-', '_')}_mm`;
-}
-
 /** The requests for one scan. */
 export class GlassesApi {
   readonly #scan: string;
@@ -136,7 +149,7 @@ export class GlassesApi {
   }
 
   /** Frame and lenses where they sit, and what was adjusted so that they can be built. */
-  async preview(design: Design): Promise<{ mesh: StationMesh; notes: string[] }> {
+  async preview(design: Design): Promise<{ mesh: StationMesh; notes: PreviewNotes }> {
     const body = { design: designBody(design), look: lookBody(design.look), placement: 'quick' };
     const response = await postForBinary(`${this.#scan}/glasses/preview`, body);
     return { mesh: readMesh(await response.arrayBuffer()), notes: notesOf(response.headers.get('X-Annulus-Notes')) };
@@ -183,12 +196,13 @@ export class GlassesApi {
   }
 }
 
-/** Sentences out of the header; none if it is damaged: they are advice, nothing depends on them. */
-function notesOf(header: string | null): string[] {
+/** What the header says; nothing if it is damaged: it is advice, nothing depends on it. */
+export function notesOf(header: string | null): PreviewNotes {
   try {
-    const notes: unknown = JSON.parse(header ?? '[]');
-    return Array.isArray(notes) ? notes.map(String) : [];
+    const notes = JSON.parse(header ?? '{}') as Partial<PreviewNotes> | string[] | null;
+    if (Array.isArray(notes)) return { adjusted: notes.map(String) };
+    return { ...notes, adjusted: Array.isArray(notes?.adjusted) ? notes.adjusted.map(String) : [] };
   } catch {
-    return [];
+    return { adjusted: [] };
   }
 }

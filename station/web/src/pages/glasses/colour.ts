@@ -68,3 +68,12 @@ export function vividOfHue(hue_deg: number): Rgb {
   };
   return [channel(5), channel(3), channel(1)];
 }
+
+/** Hue in degrees of a colour as vividOfHue counts; 0 for greys. */
+export function hueOf([red, green, blue]: Rgb): number {
+  const most = Math.max(red, green, blue);
+  const range = most - Math.min(red, green, blue);
+  if (range === 0) return 0;
+  const sixths = most === red ? ((green - blue) / range + 6) % 6 : most === green ? (blue - red) / range + 2 : (red - green) / range + 4;
+  return 60 * sixths;
+}

@@ -41,8 +41,8 @@ export interface Design {
   style: string;
   /** Name of a size of the style; empty: the style's shape as it is. */
   size: string;
-  /** What differs from the style: option → number in the field's unit. */
-  fields: Record<string, number>;
+  /** What differs from the style: option → number in the field's unit, or a word. */
+  fields: Record<string, number | string>;
   look: FrameLook;
 }
 

@@ -1,19 +1,24 @@
 // A frame's front as a drawing (paper 000, figs. 8–15): rims on their octagons, bridge and temples' ends.
 import { h, svg } from '../../core/dom';
-import type { FrameNumbers } from './api';
+import type { FieldValues } from './api';
 
 interface Point {
   x: number;
   y: number;
 }
 
+function numberOf(values: FieldValues, option: string, otherwise: number): number {
+  const value = values[option];
+  return typeof value === 'number' ? value : otherwise;
+}
+
 /** Control points of the rim's centre line: four cubic Bezier curves M0 M1 M2 M3, M3 M4 M5 M6, … (paper 000, fig. 9). */
-export function rimCentreLine(numbers: FrameNumbers): Point[] {
-  const l1 = numbers['width_mm'] ?? 50;
-  const l2 = numbers['height_mm'] ?? 40;
-  const corner = (x: number, y: number, key: string): { x: number; y: number; t: number } => ({ x, y, t: numbers[key] ?? 8 });
+export function rimCentreLine(numbers: FieldValues): Point[] {
+  const l1 = numberOf(numbers, 'width', 50);
+  const l2 = numberOf(numbers, 'height', 40);
+  const corner = (x: number, y: number, key: string): { x: number; y: number; t: number } => ({ x, y, t: numberOf(numbers, key, 8) });
   // P1 … P4 of the rim that is seen at the left; y upward from its lower edge.
-  const corners = [corner(0, l2, 'upper_outer_mm'), corner(l1, l2, 'upper_inner_mm'), corner(l1, 0, 'lower_inner_mm'), corner(0, 0, 'lower_outer_mm')];
+  const corners = [corner(0, l2, 'upper-outer'), corner(l1, l2, 'upper-inner'), corner(l1, 0, 'lower-inner'), corner(0, 0, 'lower-outer')];
   const centre = { x: l1 / 2, y: l2 / 2 };
   const inward = (p: Point): Point => ({ x: Math.sign(centre.x - p.x), y: Math.sign(centre.y - p.y) });
   const along = (from: (typeof corners)[number], to: (typeof corners)[number]): Point => {
@@ -36,13 +41,13 @@ export interface DrawingColours {
 }
 
 /** The front as the viewer sees it, mirrored about the bridge. `label` is read out. */
-export function frameDrawing(numbers: FrameNumbers, colours: DrawingColours, label: string): SVGElement {
-  const l1 = numbers['width_mm'] ?? 50;
-  const l2 = numbers['height_mm'] ?? 40;
-  const gap = numbers['bridge_gap_mm'] ?? l1 / 5;
-  const bridge = numbers['bridge_height_mm'] ?? 0.6 * l2;
-  const upper = numbers['upper_thickness_mm'] ?? 2.5;
-  const lower = numbers['lower_thickness_mm'] ?? 2.5;
+export function frameDrawing(numbers: FieldValues, colours: DrawingColours, label: string): SVGElement {
+  const l1 = numberOf(numbers, 'width', 50);
+  const l2 = numberOf(numbers, 'height', 40);
+  const gap = numberOf(numbers, 'bridge-gap', l1 / 5);
+  const bridge = numberOf(numbers, 'bridge-height', 0.6 * l2);
+  const upper = numberOf(numbers, 'upper-thickness', 2.5);
+  const lower = numberOf(numbers, 'lower-thickness', 2.5);
   const points = rimCentreLine(numbers).map((p) => ({ x: p.x - l1 - gap / 2, y: -p.y }));
   const text = (p: Point): string => `${p.x.toFixed(2)} ${p.y.toFixed(2)}`;
   const at = (i: number): string => text(points[i % points.length]!);

@@ -1,5 +1,5 @@
 // Long work of the server, followed to its end.
-import { get, post } from '../../core/api';
+import { ApiFailure, get, post } from '../../core/api';
 import { on } from '../../core/live';
 
 export interface Job {
@@ -64,13 +64,10 @@ export function finished<Result>(first: Job, progress: (job: Job) => void = () =
   });
 }
 
-export class JobFailed extends Error {
-  readonly text: { attempted: string; seen: string; advice: string };
-
+/** What a job that failed said. */
+export class JobFailed extends ApiFailure {
   constructor(job: Job) {
-    const text = job.error ?? { attempted: job.stage, seen: 'it failed', advice: 'try again' };
-    super(`${text.attempted}: ${text.seen}: ${text.advice}`);
-    this.text = text;
+    super(500, job.error ?? { attempted: job.stage, seen: 'it failed', advice: 'try again' });
   }
 }
 

@@ -12,7 +12,8 @@ export interface LevelMessage {
   radius_mm: (number | null)[];
 }
 
-const window = 16;
+const kept = 240;
+const judged = 16;
 
 /**
  * Follows the last levels. The scatter of a sensor is estimated from second differences along the levels, so that the
@@ -37,19 +38,19 @@ export class LiveRing {
       this.radius[sensor] = radius;
       const history = this.#history[sensor]!;
       history.push(radius);
-      if (history.length > window) history.shift();
+      if (history.length > kept) history.shift();
     });
   }
 
   /** Share of the last levels without a return; not a number before the first. */
   noReturnShare(sensor: number): number {
-    const history = this.#history[sensor]!;
+    const history = this.#history[sensor]!.slice(-judged);
     return history.length === 0 ? NaN : history.filter((one) => one === null).length / history.length;
   }
 
   /** sd of a reading, mm; not a number with too few. */
   scatter(sensor: number): number {
-    const history = this.#history[sensor]!;
+    const history = this.#history[sensor]!.slice(-judged);
     const differences: number[] = [];
     for (let k = 1; k + 1 < history.length; ++k) {
       const [before, here, after] = [history[k - 1]!, history[k]!, history[k + 1]!];
@@ -58,13 +59,8 @@ export class LiveRing {
     return differences.length < 5 ? NaN : (1.4826 * median(differences)) / Math.sqrt(6);
   }
 
-  /** Of the last levels, oldest first. */
+  /** Of the last 240 levels, oldest first. */
   historyOf(sensor: number): readonly (number | null)[] {
     return this.#history[sensor]!;
-  }
-
-  /** Where no neighbour was ever told, the outline is drawn from those that were. */
-  toldRadius(): (number | null)[] {
-    return this.radius.filter((one): one is number | null => one !== undefined);
   }
 }

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace annulus {
+
+class Accounts;
+class ConsoleAudit;
+class Sessions;
+
+/// What the routes of sessions and administration need beside the ConsoleContext. All borrowed, all thread-safe, all
+/// living as long as the console.
+struct ConsoleFrame {
+  Accounts& accounts;
+  Sessions& sessions;
+  ConsoleAudit& audit;
+  /// Why the certificate cannot be relied on now; "" if it can.
+  std::function<std::string()> certificate_problem;
+};
+
+}  // namespace annulus

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "acquisition/recording.h"
+#include "base/result.h"
+
+namespace annulus {
+
+/// What a recording says of itself, and what it is good for.
+struct ScanJudgement {
+  ScanHeader header;
+  std::string verdict;  ///< "good", "usable", "repeat".
+  bool parked = false;  ///< The ring stood still: there is no body to fit.
+  /// `summary` of docs/console_api.md §7: {levels, planned_levels, coverage, notices, quality, released}.
+  std::string summary_json;
+};
+
+/// Judges a recording as `annulus inspect` does. `ticket`: kept in the summary, so that the same recording is not taken
+/// twice. Fails if it cannot be read.
+Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std::string& name, const KeySource* keys,
+                                     const std::string& ticket);
+
+}  // namespace annulus

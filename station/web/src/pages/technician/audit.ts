@@ -1,0 +1,71 @@
+// Who did what: the chained log, filtered.
+import { get } from '../../core/api';
+import { h, replace } from '../../core/dom';
+import { button, failurePanel, field, table } from '../../core/ui';
+import { t } from '../../words/technician';
+import { type AuditLine, matching } from './audit_filter';
+import { badge, pageOf, timeText } from './page_parts';
+import './technician.css';
+
+interface AuditPart {
+  lines: AuditLine[];
+  verified: boolean;
+  first_bad: number | null;
+}
+
+const atATime = 200;
+
+export const auditPage = {
+  mount(root: HTMLElement): () => void {
+    const verdict = h('div', { 'aria-live': 'polite' });
+    const list = h('div', null);
+    const search = field(t('audit_search'), 'search', { hint: t('audit_search_hint') });
+    const more = button(t('older'), () => load(), { disabled: true });
+    const lines: AuditLine[] = [];
+    const draw = () => replace(list, drawn(matching(lines, search.value)));
+
+    async function load(): Promise<void> {
+      try {
+        const oldest = lines.at(-1)?.number;
+        const from = oldest === undefined ? '' : `&from=${Math.max(0, oldest - atATime)}`;
+        const part = await get<AuditPart>(`/api/audit?limit=${atATime}${from}`);
+        replace(verdict, verdictOf(part));
+        const known = new Set(lines.map((line) => line.number));
+        lines.push(...part.lines.filter((line) => !known.has(line.number)));
+        lines.sort((a, b) => b.number - a.number);
+        more.hidden = lines.length === 0 || lines.at(-1)!.number <= 1;
+        more.disabled = more.hidden;
+        draw();
+      } catch (error) {
+        replace(verdict, failurePanel(error, () => void load()));
+      }
+    }
+    search.input.addEventListener('input', draw);
+    pageOf(root, t('audit_title'), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
+    void load().finally(() => (more.disabled = more.hidden));
+    return () => {};
+  },
+};
+
+function verdictOf(part: AuditPart): HTMLElement {
+  if (part.verified) return h('p', { class: 'note good' }, `✓ ${t('chain_verified')}`);
+  return h('p', { class: 'note bad' }, h('strong', null, `▲ ${t('chain_broken', { n: part.first_bad ?? '?' })}`), h('br'), t('chain_broken_do'));
+}
+
+function drawn(lines: readonly AuditLine[]): HTMLElement {
+  const refused = (result: string) => result !== 'ok' && !result.startsWith('2');
+  return table(
+    t('audit_count', { n: lines.length }),
+    [
+      { head: '#', cell: (line: AuditLine) => line.number, number: true },
+      { head: t('time'), cell: (line) => timeText(line.time_ms) },
+      { head: t('user'), cell: (line) => line.user || t('nobody') },
+      { head: t('origin'), cell: (line) => line.origin },
+      { head: t('action'), cell: (line) => line.action },
+      { head: t('subject'), cell: (line) => line.subject },
+      { head: t('result'), cell: (line) => badge(line.result, refused(line.result) ? 'bad' : '') },
+      { head: t('hash'), cell: (line) => h('code', { title: line.hash }, line.hash.slice(0, 10)) },
+    ],
+    lines,
+  ).root;
+}
