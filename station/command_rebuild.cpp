@@ -5,16 +5,20 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
+#include <algorithm>
 #include <cerrno>
-#include <cstdlib>
-#include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
 #include <utility>
 
+#include "modeling/table/table.h"
 #include "station/commands.h"
+#include "station/console/model_cache.h"
+#include "station/console/scan_measurements.h"
+#include "station/console/scratch_folder.h"
+#include "station/store/sealed_text.h"
 #include "station/store/store.h"
 
 namespace annulus {
@@ -37,34 +41,6 @@ constexpr const char* kModel = "model.json";
 constexpr const char* kReport = "fit-report.json";
 constexpr const char* kLandmarks = "landmarks.json";
 constexpr const char* kMeasurements = "measurements.json";
-
-/// Opened files of a customer, for the owner only, in memory if the machine can; removed when it goes.
-class OpenedFiles {
- public:
-  static Result<std::unique_ptr<OpenedFiles>> Make() {
-    std::error_code error;
-    const std::string base = std::filesystem::is_directory("/dev/shm", error)
-                                 ? "/dev/shm"
-                                 : std::filesystem::temp_directory_path(error).string();
-    std::string name = base + "/annulus-rebuild-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) {
-      return Fail("make a folder in " + base, std::generic_category().message(errno), "free space there");
-    }
-    return std::unique_ptr<OpenedFiles>(new OpenedFiles(std::move(name)));
-  }
-  ~OpenedFiles() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  OpenedFiles(const OpenedFiles&) = delete;
-  OpenedFiles& operator=(const OpenedFiles&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] std::string File(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  explicit OpenedFiles(std::string path) : path_(std::move(path)) {}
-  std::string path_;
-};
 
 /// Runs this program with `arguments` in `folder`; its errors go where ours do, its results to files.
 Status RunOurselves(const std::vector<std::string>& arguments, const std::string& folder) {
@@ -101,24 +77,21 @@ struct Rebuilt {
   std::string what;  ///< "identical", "changed", "new", "kept", or why it failed.
 };
 
-/// One scan's files, made again.
+/// One scan's files, made again: the model by a process of its own in `folder`, what follows from it here.
 class ScanRebuild {
  public:
-  ScanRebuild(Store& store, Storage& storage, ScanRow scan, const OpenedFiles& files)
-      : store_(store), storage_(storage), scan_(std::move(scan)), files_(files) {}
+  ScanRebuild(Store& store, Storage& storage, std::string scan_id, std::string folder)
+      : store_(store), storage_(storage), scan_id_(std::move(scan_id)), folder_(std::move(folder)) {}
 
   Status Run() {
-    const auto artefacts = store_.ArtefactsOf(scan_.id);
+    auto artefacts = store_.ArtefactsOf(scan_id_);
     if (!artefacts) return Fail(artefacts);
-    artefacts_ = *artefacts;
-    const auto recording = store_.ReadRecording(scan_.id);
-    if (!recording) return Fail(recording);
-    RETURN_IF_ERROR(WriteFileAtomically(storage_, files_.File(kRecording), *recording));
+    artefacts_ = std::move(*artefacts);
     RETURN_IF_ERROR(Fit());
-    RETURN_IF_ERROR(FindLandmarks());
     RETURN_IF_ERROR(Measure());
     for (const Artefact& artefact : artefacts_) {
-      if (artefact.derived && !Made(artefact)) done_.push_back({scan_.id, artefact.name, "kept"});
+      const auto made = [&](const Rebuilt& rebuilt) { return rebuilt.name == artefact.name; };
+      if (std::none_of(done_.begin(), done_.end(), made)) done_.push_back({scan_id_, artefact.name, "kept"});
     }
     return {};
   }
@@ -131,72 +104,64 @@ class ScanRebuild {
     }
     return nullptr;
   }
-  [[nodiscard]] bool Made(const Artefact& artefact) const {
-    for (const Rebuilt& rebuilt : done_) {
-      if (rebuilt.name == artefact.name) return true;
-    }
-    return false;
-  }
-  /// The options of what is there already, or none.
-  [[nodiscard]] std::string RecipeOf(const std::string& kind, const char* name, const std::string& otherwise) const {
-    const Artefact* there = Find(kind, name);
-    return there != nullptr && !there->recipe.empty() ? there->recipe : otherwise;
-  }
 
   Status Fit() {
-    const std::string recipe = RecipeOf("model", kModel, "fit");
+    const auto recording = store_.ReadRecording(scan_id_);
+    if (!recording) return Fail(recording);
+    RETURN_IF_ERROR(WriteFileAtomically(storage_, folder_ + "/" + kRecording, *recording));
+    const Artefact* before = Find("model", kModel);
+    const std::string recipe = before != nullptr && !before->recipe.empty() ? before->recipe : "fit";
     std::vector<std::string> words = Words(recipe);
     words.insert(words.end(), {kRecording, "--out", kModel, "--report", kReport});
-    RETURN_IF_ERROR(RunOurselves(words, files_.path()));
-    RETURN_IF_ERROR(Keep("model", kModel, recipe));
-    // The report has times in it, which differ from run to run.
-    return Find("document", kReport) != nullptr ? Keep("document", kReport, recipe) : Status();
-  }
-
-  Status FindLandmarks() {
-    const Artefact* there = Find("landmarks", kLandmarks);
-    if (there != nullptr && !there->derived) {  // set by hand: they are put on the new model
-      const auto bytes = store_.ReadArtefact(there->id);
-      if (!bytes) return Fail(bytes);
-      return WriteFileAtomically(storage_, files_.File(kLandmarks), *bytes);
-    }
-    RETURN_IF_ERROR(RunOurselves({"landmarks", kModel, "--out", kLandmarks}, files_.path()));
-    return Keep("landmarks", kLandmarks, "landmarks");
+    RETURN_IF_ERROR(RunOurselves(words, folder_));
+    const auto model = storage_.ReadAll(folder_ + "/" + kModel, kMaxInputBytes);
+    if (!model) return Fail(model);
+    const auto report = storage_.ReadAll(folder_ + "/" + kReport, kMaxInputBytes);
+    if (!report) return Fail(report);
+    RETURN_IF_ERROR(Keep("model", kModel, recipe, *model));
+    return Keep("document", kReport, recipe, *report);  // differs from run to run: there are times in it
   }
 
   Status Measure() {
-    RETURN_IF_ERROR(
-        RunOurselves({"measure", kModel, "--landmarks", kLandmarks, "--json", kMeasurements}, files_.path()));
-    return Keep("measurements", kMeasurements, "measure");
+    const auto open = OpenStoredModel(store_, scan_id_);  // with the landmarks that were set by hand
+    if (!open) return Fail(open);
+    const OpenModel& model = **open;
+    const Artefact* landmarks = Find("landmarks", kLandmarks);
+    if (landmarks == nullptr || landmarks->derived) {
+      const std::string text = LandmarksToJson(model.loaded.body, model.landmarks);
+      RETURN_IF_ERROR(Keep("landmarks", kLandmarks, "landmarks", BytesOf(text)));
+    }
+    const auto table = MeasureTable(model.loaded.body, model.landmarks);
+    // A part of a body on which there is nothing to measure is still a model.
+    if (!table) return model.landmarks.found.empty() ? Status{} : Status(Fail(table));
+    return Keep("measurements", kMeasurements, "measure", BytesOf(KeptMeasurements(*table).dump()));
   }
 
-  Status Keep(const std::string& kind, const char* name, const std::string& recipe) {
-    const auto bytes = storage_.ReadAll(files_.File(name), kMaxInputBytes);
-    if (!bytes) return Fail(bytes);
-    const Artefact* there = Find(kind, name);
-    if (there != nullptr) {
-      const auto old = store_.ReadArtefact(there->id);
-      if (old && *old == *bytes) {
-        done_.push_back({scan_.id, name, "identical"});
+  Status Keep(const std::string& kind, const char* name, const std::string& recipe, std::span<const std::byte> bytes) {
+    const Artefact* before = Find(kind, name);
+    if (before != nullptr) {
+      const auto old = store_.ReadArtefact(before->id);
+      if (old && std::ranges::equal(*old, bytes)) {
+        done_.push_back({scan_id_, name, "identical"});
         return {};
       }
     }
     Artefact artefact;
-    artefact.scan_id = scan_.id;
+    artefact.scan_id = scan_id_;
     artefact.kind = kind;
     artefact.name = name;
     artefact.recipe = recipe;
-    const auto put = store_.PutArtefact(std::move(artefact), *bytes);
+    const auto put = store_.PutArtefact(std::move(artefact), bytes);
     if (!put) return Fail(put);
-    done_.push_back({scan_.id, name, there != nullptr ? "changed" : "new"});
+    done_.push_back({scan_id_, name, before != nullptr ? "changed" : "new"});
     return {};
   }
 
   Store& store_;
   Storage& storage_;
-  ScanRow scan_;
-  const OpenedFiles& files_;
-  std::vector<Artefact> artefacts_;
+  std::string scan_id_;
+  std::string folder_;
+  std::vector<Artefact> artefacts_;  ///< As they were.
   std::vector<Rebuilt> done_;
 };
 
@@ -207,16 +172,18 @@ Result<std::vector<ScanRow>> ScansToRebuild(Store& store, const std::string& id)
   return std::vector<ScanRow>{std::move(*scan)};
 }
 
-Status RebuildScan(Store& store, const ScanRow& scan, CommandIo& io, std::vector<Rebuilt>& done) {
-  const auto files = OpenedFiles::Make();
-  if (!files) return Fail(files);
-  ScanRebuild rebuild(store, io.storage(), scan, **files);
+Status RebuildScan(Store& store, ScratchFolder& scratch, const std::string& scan_id, CommandIo& io,
+                   std::vector<Rebuilt>& done) {
+  const auto folder = scratch.NewFolder();
+  if (!folder) return Fail(folder);
+  ScanRebuild rebuild(store, io.storage(), scan_id, *folder);
   const Status status = rebuild.Run();
+  scratch.Remove(*folder);
   done.insert(done.end(), rebuild.done().begin(), rebuild.done().end());
   AuditLine line;
   line.origin = "program";
   line.action = "rebuild";
-  line.subject = scan.id;
+  line.subject = scan_id;
   line.result = status ? "ok" : "failed";
   RETURN_IF_ERROR(store.Audit(std::move(line)));
   return status;
@@ -243,11 +210,13 @@ Status Rebuild(const RebuildOptions& options, CommandIo& io) {
   const SystemClock clock;
   StoreOptions store_options;
   store_options.folder = options.folder;
-  store_options.station_key_file = options.key_file;
+  store_options.station_key_file = options.key_file.empty() ? options.folder + "/station.key" : options.key_file;
   const auto store = Store::Open(store_options, io.storage(), clock);
   if (!store) return Fail(store);
   const auto scans = ScansToRebuild(**store, options.scan);
   if (!scans) return Fail(scans);
+  const auto scratch = ScratchFolder::Make("");
+  if (!scratch) return Fail(scratch);
   std::vector<Rebuilt> done;
   std::size_t failed = 0;
   ProgressDisplay display(io.progress_mode());
@@ -256,7 +225,7 @@ Status Rebuild(const RebuildOptions& options, CommandIo& io) {
     if (io.stop().stop_requested()) return tl::unexpected(InterruptedError("rebuild"));
     display.Show("rebuild", static_cast<double>(k), static_cast<double>(scans->size()));
     if (scan.recording.empty()) continue;
-    if (const Status status = RebuildScan(**store, scan, io, done); !status) {
+    if (const Status status = RebuildScan(**store, **scratch, scan.id, io, done); !status) {
       ++failed;
       done.push_back({scan.id, "", status.error().Text()});
     }
@@ -274,10 +243,10 @@ void AddRebuildCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<RebuildOptions>();
   CLI::App* command = app.add_subcommand("rebuild", "derive everything again from recordings");
   command->add_option("--store", options->folder, "folder of the store")->required()->type_name("DIR");
-  command->add_option("--key-file", options->key_file, "the station's key file")->required()->type_name("FILE");
+  command->add_option("--key-file", options->key_file, "the station's key file (DIR/station.key)")->type_name("FILE");
   command->add_option("--scan", options->scan, "this scan only")->type_name("ID");
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus rebuild --store station/store --key-file station/station.key --scan S-000123");
+  command->footer("Example: annulus rebuild --store /var/lib/annulus/store --scan S-000123");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Rebuild(*options, io); }; });
 }
 

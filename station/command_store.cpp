@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <chrono>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -53,7 +54,7 @@ std::string DayText(StoreTime time) {
 StoreOptions OptionsOf(const StoreCommand& command) {
   StoreOptions options;
   options.folder = command.folder;
-  options.station_key_file = command.key_file;
+  options.station_key_file = command.key_file.empty() ? command.folder + "/station.key" : command.key_file;
   return options;
 }
 
@@ -268,7 +269,7 @@ Status Restore(const StoreCommand& command, CommandIo& io) {
 CLI::App* AddAction(CLI::App& parent, const char* name, const char* purpose, StoreCommand& options) {
   CLI::App* action = parent.add_subcommand(name, purpose);
   action->add_option("--store", options.folder, "folder of the store")->required()->type_name("DIR");
-  action->add_option("--key-file", options.key_file, "the station's key file")->required()->type_name("FILE");
+  action->add_option("--key-file", options.key_file, "the station's key file (DIR/station.key)")->type_name("FILE");
   AddJsonOption(*action, options.json);
   return action;
 }
@@ -310,7 +311,7 @@ void AddStoreCommand(CLI::App& app, CommandWork& chosen) {
   restore->add_option("backup", options->backup, "folder of the backup")->required();
   restore->add_option("--keys", options->keys, "its keys (BACKUP-keys)")->type_name("FILE");
   restore->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Restore(*options, io); }; });
-  command->footer("Example: annulus store verify --store station/store --key-file station/station.key");
+  command->footer("Example: annulus store verify --store /var/lib/annulus/store");
 }
 
 }  // namespace annulus
