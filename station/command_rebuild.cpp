@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include ""
+#include "modeling/exchange/landmarks_json.h"
 #include "modeling/table/table.h"
 #include "station/commands.h"
 #include "station/console/model_cache.h"
