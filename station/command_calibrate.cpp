@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,40 @@ struct CalibrateCommand {
   std::string key_file;
   std::string json;
 };
+
+Json NumbersJson(const std::vector<double>& numbers) {
+  Json list = Json::array();
+  for (const double number : numbers) list.push_back(std::isfinite(number) ? Json(number) : Json());
+  return list;
+}
+
+/// What plots are drawn of: by sensor, before and after, with 95 % half widths; and the carriage's way.
+Json PlotsJson(const CalibrationOutcome& outcome) {
+  const SensorErrors errors = SensorErrorsOf(outcome.report);
+  const CarriagePath& carriage = outcome.solution.calibration.carriage;
+  return {{"before_mm", NumbersJson(errors.before_mm)},
+          {"after_mm", NumbersJson(errors.after_mm)},
+          {"half95_mm", NumbersJson(errors.half95_mm)},
+          {"lateral_deg", NumbersJson(errors.lateral_deg)},
+          {"lateral_half95_deg", NumbersJson(errors.lateral_half95_deg)},
+          {"vertical_deg", NumbersJson(errors.vertical_deg)},
+          {"vertical_half95_deg", NumbersJson(errors.vertical_half95_deg)},
+          {"carriage",
+           {{"z_mm", NumbersJson(carriage.knots_z_mm)},
+            {"x_mm", NumbersJson(carriage.x_mm)},
+            {"y_mm", NumbersJson(carriage.y_mm)}}}};
+}
+
+Json VerificationJson(const CalibrationReport& report) {
+  if (!report.verification) return {};
+  const CalibrationVerification& second = *report.verification;
+  return {{"found_radius_mm", second.found_radius_mm},
+          {"found_u_mm", second.found_u_mm},
+          {"certified_radius_mm", second.certified_radius_mm},
+          {"certified_u_mm", second.certified_u_mm},
+          {"en", second.En()},
+          {"sensor_residual_mm", NumbersJson(second.sensor_residual_mm)}};
+}
 
 Json ResultJson(const CalibrationOutcome& outcome, const std::string& out) {
   const RingSolution& solution = outcome.solution;
@@ -73,6 +108,7 @@ Json ResultJson(const CalibrationOutcome& outcome, const std::string& out) {
   for (const LimitLine& line : JudgeCalibration(outcome.report)) {
     limits.push_back({{"name", line.name},
                       {"unit", line.unit},
+                      {"found", line.found ? Json(*line.found) : Json()},
                       {"left", line.left ? Json(*line.left) : Json()},
                       {"limit", line.limit},
                       {"pass", line.left_verdict() != LimitLine::Verdict::kFail}});
@@ -89,7 +125,11 @@ Json ResultJson(const CalibrationOutcome& outcome, const std::string& out) {
           {"observability", std::move(observability)},
           {"budget_900_mm", std::move(budget)},
           {"limits", std::move(limits)},
-          {"findings", std::move(findings)}};
+          {"findings", std::move(findings)},
+          {"unobservable", outcome.file.unobservable},
+          {"traceability", TraceabilityOf(outcome.report).statement},
+          {"verification", VerificationJson(outcome.report)},
+          {"plots", PlotsJson(outcome)}};
 }
 
 std::string ResultText(const CalibrationOutcome& outcome, const CalibrateCommand& options) {

@@ -27,6 +27,8 @@ struct FitCommandOptions {
   std::string report;
   std::string report_image;
   bool no_covariance = false;
+  std::size_t theta_knots = 0;
+  std::size_t z_knots = 0;
   std::string key_file;
 };
 
@@ -53,6 +55,8 @@ Status RunFit(const FitCommandOptions& options, CommandIo& io) {
   context.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   FitOptions fit_options;
   fit_options.method = options.method;
+  fit_options.theta_knots = options.theta_knots;
+  fit_options.z_knots = options.z_knots;
   if (options.no_covariance) fit_options.covariance = CovarianceChoice::kNone;
   auto fit = FitScans(scans, fit_options, context);
   display.Clear();
@@ -135,6 +139,12 @@ void AddFitCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--method", options->method, "adaptive (default), uniform or paper")
       ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
       ->type_name("METHOD");
+  command->add_option("--theta-knots", options->theta_knots, "uniform only: knots around; 0: 48")
+      ->check(CLI::Range(0, 720))
+      ->type_name("N");
+  command->add_option("--z-knots", options->z_knots, "uniform only: intervals in height; 0: 117")
+      ->check(CLI::Range(0, 2000))
+      ->type_name("N");
   command->add_option("--report", options->report, "write a report of the fit (- is standard output)")
       ->type_name("F.json");
   command

@@ -23,16 +23,15 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 10> kLater{{{"clay", "reshape as clay"},
-                                               {"elastic", "reshape as an elastic body"},
-                                               {"flatten", "flat patterns"},
-                                               {"wrinkly", "wrinkly surfaces"},
-                                               {"convert", "other file formats"},
-                                               {"serve", "the operator's console"},
-                                               {"store", "customers, scans and their files"},
-                                               {"rebuild", "derive everything again from recordings"},
-                                               {"batch", "many scans at once"},
-                                               {"support-bundle", "collect what support needs"}}};
+constexpr std::array<LaterCommand, 9> kLater{{{"clay", "reshape as clay"},
+                                              {"elastic", "reshape as an elastic body"},
+                                              {"flatten", "flat patterns"},
+                                              {"wrinkly", "wrinkly surfaces"},
+                                              {"convert", "other file formats"},
+                                              {"store", "customers, scans and their files"},
+                                              {"rebuild", "derive everything again from recordings"},
+                                              {"batch", "many scans at once"},
+                                              {"support-bundle", "collect what support needs"}}};
 
 int PrintError(const Error& error, int code) {
   const std::string line = "annulus: " + error.Text() + "\n";
@@ -101,7 +100,8 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddInspectCommand, AddRecoverCommand,   AddFitCommand,      AddEvalCommand,      AddSectionCommand,
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
-        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand}) {
+        AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
+        AddServeCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

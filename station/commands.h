@@ -38,6 +38,7 @@ void AddCheckCommand(CLI::App& app, CommandWork& chosen);
 void AddDoctorCommand(CLI::App& app, CommandWork& chosen);
 void AddSimDevicesCommand(CLI::App& app, CommandWork& chosen);
 void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
+void AddServeCommand(CLI::App& app, CommandWork& chosen);
 void AddCalibrateCommand(CLI::App& app, CommandWork& chosen);
 
 /// Adds a command of the design that a later version brings; it says so and exits 2.

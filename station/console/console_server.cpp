@@ -8,20 +8,26 @@
 #include "base/log.h"
 #include "station/console/accounts.h"
 #include "station/console/booth_link.h"
+#include "station/console/booth_live.h"
 #include "station/console/console_audit.h"
 #include "station/console/console_context.h"
 #include "station/console/console_frame.h"
 #include "station/console/console_handler.h"
+#include "station/console/job_folder.h"
+#include "station/console/job_routes.h"
 #include "station/console/job_runner.h"
 #include "station/console/live_hub.h"
 #include "station/console/login_guard.h"
 #include "station/console/model_cache.h"
+#include "station/console/recording_routes.h"
 #include "station/console/request_gate.h"
+#include "station/console/scan_intake.h"
 #include "station/console/scratch_folder.h"
 #include "station/console/sessions.h"
 #include "station/console/static_files.h"
 #include "station/http/http_server.h"
 #include "station/http/tls_identity.h"
+#include "station/key_file.h"
 #include "station/store/store.h"
 
 namespace annulus {
@@ -69,6 +75,13 @@ class Server final : public ConsoleServer {
   Server(ConsoleServerOptions options, Storage& storage, const Clock& clock)
       : options_(std::move(options)), storage_(storage), clock_(clock), guard_(clock), sessions_(clock) {}
 
+  ~Server() override {
+    server_.reset();
+    if (booth_live_ != nullptr) booth_live_->OnScanEnded({});  // the link may still hear of one
+    intake_.reset();
+    jobs_.reset();  // what they do last works with the context
+  }
+
   Status Prepare() {
     auto files = StaticFiles::Read(options_.web_folder);
     if (!files) return Fail(files);
@@ -76,6 +89,9 @@ class Server final : public ConsoleServer {
     auto store = Store::Open(StoreOptionsOf(options_), storage_, clock_);
     if (!store) return Fail(store);
     store_ = std::move(*store);
+    auto keys = ReadKeyFile(StationKeyFile(options_));
+    if (!keys) return Fail(keys);
+    keys_ = std::move(*keys);
     auto identity = OpenTlsIdentity(storage_, options_.folder + "/tls", CertifiedNames(options_), clock_);
     if (!identity) return Fail(identity);
     identity_ = std::move(*identity);
@@ -85,13 +101,18 @@ class Server final : public ConsoleServer {
     accounts_ = std::make_unique<Accounts>(*store_, guard_, clock_);
     audit_ = std::make_unique<ConsoleAudit>(*store_, clock_);
     live_ = LiveHub::Make();
+    models_ = ModelCache::Make([this](const std::string& scan_id) { return OpenStoredModel(*store_, scan_id); });
     return {};
   }
 
   Status Listen() override {
-    link_ = BoothLink::Make(options_.booth_socket, {});
     jobs_ = JobRunner::Make("/proc/self/exe", [this](const JobStatus& job) { TellOf(job); });
+    booth_live_ = std::make_unique<BoothLive>(*live_, clock_);
+    link_ = BoothLink::Make(options_.booth_socket, booth_live_->events());
+    booth_live_->Attach(*link_);
     AddRoutes();
+    intake_ = ScanIntake::Make(*context_, {options_.config.store.recordings, keys_.get()});
+    booth_live_->OnScanEnded([this](const ScanResult* result) { intake_->ScanEnded(result); });
     gate_ = std::make_unique<RequestGate>(GateOptions{ReachedAs(options_), true}, sessions_);
     handler_ = std::make_unique<ConsoleHandler>(
         ConsoleParts{table_, *gate_, sessions_, files_, *live_, *audit_,
@@ -144,16 +165,15 @@ class Server final : public ConsoleServer {
                                                          }});
     AddSessionRoutes(table_, *context_, *frame_);
     AddAdminRoutes(table_, *context_, *frame_);
+    for (const auto& add : {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddMeasureRoutes,
+                            AddGlassesRoutes, AddTechnicianRoutes, AddRecordingRoutes}) {
+      add(table_, *context_);
+    }
   }
 
   void TellOf(const JobStatus& job) {
-    Json json{{"type", "job"},
-              {"id", job.id},
-              {"kind", job.kind},
-              {"subject", job.subject},
-              {"state", JobStateName(job.state)},
-              {"stage", job.stage},
-              {"share", job.share}};
+    Json json{{"type", "job"}};
+    json.update(JobJson(job));
     live_->SendTo(job.owner, json);
   }
 
@@ -175,6 +195,7 @@ class Server final : public ConsoleServer {
   const Clock& clock_;
   StaticFiles files_;
   std::unique_ptr<Store> store_;
+  std::unique_ptr<KeySource> keys_;  ///< The station's; boothd seals with it.
   mutable std::mutex identity_mutex_;
   TlsIdentity identity_;
   std::unique_ptr<ScratchFolder> scratch_;
@@ -184,9 +205,11 @@ class Server final : public ConsoleServer {
   std::unique_ptr<ConsoleAudit> audit_;
   std::unique_ptr<LiveHub> live_;
   std::unique_ptr<ModelCache> models_;
-  std::unique_ptr<BoothLink> link_;
   std::unique_ptr<JobRunner> jobs_;
+  std::unique_ptr<BoothLive> booth_live_;
+  std::unique_ptr<BoothLink> link_;
   std::unique_ptr<ConsoleContext> context_;
+  std::unique_ptr<ScanIntake> intake_;
   std::unique_ptr<ConsoleFrame> frame_;
   RouteTable table_;
   std::unique_ptr<RequestGate> gate_;

@@ -222,9 +222,9 @@ Result<std::string> RunProcess(const ProcessOrder& order, const std::stop_token&
     ending.Look(child);
   }
   const int state = child.Wait();
-  const bool answered = WIFEXITED(state) && (WEXITSTATUS(state) == 0 || WEXITSTATUS(state) == order.answer_code);
-  if (answered) return printed;
-  if (WIFEXITED(state) && WEXITSTATUS(state) == order.answer_code && !printed.empty()) return printed;
+  const bool done = WIFEXITED(state) && WEXITSTATUS(state) == 0;
+  const bool answered = WIFEXITED(state) && WEXITSTATUS(state) == order.answer_code && !printed.empty();
+  if (done || answered) return printed;
   return tl::unexpected(FailureOf(state, complaints, ending.overdue()));
 }
 

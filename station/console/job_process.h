@@ -27,7 +27,6 @@ struct ProcessOrder {
   JobLimits limits;
   int answer_code = 0;                   ///< JobStep::answer_code.
   std::chrono::nanoseconds deadline{0};  ///< Of the system's clock; then it is killed.
-  int answer_code = 0;                   ///< An exit code that is as good as 0.
 };
 
 /// Runs a program until it ends, and returns what it wrote to stdout (at most 64 MiB). A stop request is SIGINT, and

@@ -1,5 +1,6 @@
 #include "station/http/http_connection.h"
 
+#include <openssl/err.h>
 #include <openssl/ssl.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
@@ -22,8 +24,8 @@
 #include <utility>
 
 #include "base/log.h"
-#include "station/http/chunked_body.h"
 #include "station/http/http_answer.h"
+#include "station/http/request_reader.h"
 #include "station/http/socket_peer.h"
 
 namespace annulus {
@@ -44,6 +46,8 @@ constexpr milliseconds kLingerTime{1000};
 constexpr milliseconds kGoodbyeTime{2000};
 /// Texts of one WebSocket that wait for the handler; beyond that it is not read.
 constexpr int kMaxBacklog = 16;
+/// Of a ping, in requests (PeerBudget).
+constexpr double kControlFrameCost = 0.25;
 
 /// A socket, with TLS or without. Beast's AsyncStream.
 class EitherStream {
@@ -138,7 +142,8 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
         peer_(std::move(peer)),
         host_(host),
         limits_(host.limits()),
-        ended_(std::move(ended)) {}
+        ended_(std::move(ended)),
+        reader_(limits_) {}
 
   void Start() override;
   void Stop() override;
@@ -147,7 +152,6 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
  private:
   enum class Phase { kHandshake, kHead, kBody, kHandler, kAnswer, kLinger, kWebSocket, kEnded };
   enum class Interrupt { kNone, kTooSlow, kStopped };
-  enum class Farewell { kNone, kSent };
   using Socket = beast::websocket::stream<EitherStream>;
 
   // Any phase.
@@ -162,14 +166,14 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
 
   // A request.
   void OnHandshake(const ErrorCode& error);
+  void ExplainTls();
   void BeginRequest();
   void Read();
   void OnRead(const ErrorCode& error, std::size_t bytes);
   void OnInterrupted();
-  void ContinueHead();
-  void TakeHead(std::size_t bytes);
+  void Proceed();
+  void TakeHead();
   void BeginBody();
-  void ContinueBody();
   void Dispatch();
   void Refuse(const HttpProblem& problem, double cost);
 
@@ -178,12 +182,14 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
   void WritePiece();
   void OnWritten(const ErrorCode& error);
   void BeginLinger();
+  void ShutAndDrain();
   void Drain();
   void GiveRoom();
 
   // WebSocket.
   void OpenWebSocket();
   void AcceptWebSocket();
+  void OnControlFrame();
   void ReadMessage();
   void OnMessage(const ErrorCode& error);
   void Deliver(std::string text);
@@ -205,10 +211,9 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
   bool spoke_ = false;  ///< It has sent at least one head.
 
   std::array<char, kReadBytes> block_{};
-  std::string received_;      ///< Not yet taken.
-  std::size_t searched_ = 0;  ///< Of these, in search of the head's end.
-  HttpHead head_;
-  ChunkedBody chunks_{0};
+  RequestReader reader_;
+  bool keep_alive_ = false;  ///< What the request asks for.
+  bool head_only_ = false;
   std::size_t room_ = 0;  ///< Taken of the host.
 
   std::string answer_head_;
@@ -329,31 +334,50 @@ void Connection::End() {
 
 void Connection::OnHandshake(const ErrorCode& error) {
   if (phase_ == Phase::kEnded) return;
-  if (error) {
-    (void)host_.budget().Spend(peer_.key, PeerBudget::kBadRequestCost, Now());
-    host_.Refused(peer_.address, peer_.key, "TLS handshake failed");
-    spoke_ = true;
-    End();
+  if (!error) {
+    BeginRequest();
     return;
   }
-  BeginRequest();
+  spoke_ = true;
+  (void)host_.budget().Spend(peer_.key, PeerBudget::kBadRequestCost, Now());
+  host_.Refused(peer_.address, peer_.key, "TLS handshake failed");
+  const bool plain_http = error.category() == asio::error::get_ssl_category() &&
+                          ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_HTTP_REQUEST;
+  if (plain_http) {
+    ExplainTls();
+  } else {
+    End();
+  }
+}
+
+/// Somebody has typed "http://": told in plain text, below TLS. It fits the empty buffer of a new socket.
+void Connection::ExplainTls() {
+  static constexpr std::string_view kAnswer =
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: 59\r\nConnection: close\r\n\r\n"
+      "The console speaks HTTPS: begin its address with https://.\n";
+  ErrorCode error;
+  Lowest().non_blocking(true, error);
+  Lowest().write_some(asio::buffer(kAnswer), error);
+  phase_ = Phase::kLinger;
+  SetDeadline(kLingerTime);
+  ShutAndDrain();
 }
 
 void Connection::BeginRequest() {
   phase_ = Phase::kHead;
-  head_ = {};
-  searched_ = 0;
+  head_only_ = false;
+  reader_.Begin();
   if (stopping_) {
     BeginLinger();
     return;
   }
-  SetDeadline(limits_.idle);
-  if (received_.empty()) {
+  if (reader_.empty()) {
+    SetDeadline(limits_.idle);
     Read();
   } else {
     // Pipelined (RFC 9112 §9.3.2): one after the other.
     SetDeadline(limits_.header);
-    ContinueHead();
+    Proceed();
   }
 }
 
@@ -370,17 +394,13 @@ void Connection::OnRead(const ErrorCode& error, std::size_t bytes) {
     BeginLinger();
     return;
   }
-  if (phase_ == Phase::kHead && received_.empty()) SetDeadline(limits_.header);
-  received_.append(block_.data(), bytes);
-  if (phase_ == Phase::kHead) {
-    ContinueHead();
-  } else {
-    ContinueBody();
-  }
+  if (phase_ == Phase::kHead && reader_.empty()) SetDeadline(limits_.header);
+  reader_.Append({block_.data(), bytes});
+  Proceed();
 }
 
 void Connection::OnInterrupted() {
-  const bool begun = phase_ == Phase::kBody || !received_.empty();
+  const bool begun = phase_ == Phase::kBody || !reader_.empty();
   if (interrupt_ == Interrupt::kTooSlow && begun) {
     Refuse({408, "the request did not come in time"}, PeerBudget::kBadRequestCost);
   } else {
@@ -388,42 +408,37 @@ void Connection::OnInterrupted() {
   }
 }
 
-void Connection::ContinueHead() {
-  // RFC 9112 §2.2: an empty line before the request is passed over.
-  if (searched_ == 0 && received_.starts_with("\r\n")) received_.erase(0, 2);
-  if (const std::size_t end = FindHeadEnd(received_, searched_)) {
-    TakeHead(end);
-    return;
+void Connection::Proceed() {
+  switch (reader_.Next()) {
+    case RequestReader::Event::kMore:
+      Read();
+      break;
+    case RequestReader::Event::kHead:
+      TakeHead();
+      break;
+    case RequestReader::Event::kDone:
+      Dispatch();
+      break;
+    case RequestReader::Event::kRefused:
+      Refuse(reader_.problem(), PeerBudget::kBadRequestCost);
+      break;
   }
-  const HttpProblem problem = CheckPartialHead(received_, limits_);
-  if (problem.status != 0) {
-    Refuse(problem, PeerBudget::kBadRequestCost);
-    return;
-  }
-  searched_ = received_.size();
-  Read();
 }
 
-void Connection::TakeHead(std::size_t bytes) {
+void Connection::TakeHead() {
   spoke_ = true;
-  auto head = ParseHead(std::string_view(received_).substr(0, bytes), limits_);
-  if (!head) {
-    Refuse(head.error(), PeerBudget::kBadRequestCost);
-    return;
-  }
-  received_.erase(0, bytes);
-  head_ = std::move(*head);
-  const std::string account = host_.IsUrgent(head_.request.path) ? peer_.key + " urgent" : peer_.key;
+  HttpHead& head = reader_.head();
+  keep_alive_ = head.keep_alive;
+  head_only_ = head.head_only;
+  head.request.peer = peer_.address;
+  head.request.loopback = peer_.loopback;
+  head.request.tls = stream_->tls();
+  const std::string account = host_.IsUrgent(head.request.path) ? peer_.key + " urgent" : peer_.key;
   if (!host_.budget().Spend(account, PeerBudget::kRequestCost, Now())) {
     Refuse({429, "too many requests of this address"}, 0.0);
-    return;
-  }
-  head_.request.peer = peer_.address;
-  head_.request.loopback = peer_.loopback;
-  head_.request.tls = stream_->tls();
-  if (head_.web_socket) {
+  } else if (head.web_socket) {
     OpenWebSocket();
-  } else if (head_.framing == HttpFraming::kNone) {
+  } else if (head.framing == HttpFraming::kNone) {
     Dispatch();
   } else {
     BeginBody();
@@ -433,9 +448,7 @@ void Connection::TakeHead(std::size_t bytes) {
 void Connection::BeginBody() {
   phase_ = Phase::kBody;
   SetDeadline(limits_.body);
-  chunks_ = ChunkedBody(head_.body_limit);
-  const bool length_known = head_.framing == HttpFraming::kLength;
-  const std::size_t bytes = length_known ? static_cast<std::size_t>(head_.length) : head_.body_limit;
+  const std::size_t bytes = reader_.BodyBytes();
   if (bytes > limits_.body_bytes) {
     if (!host_.TakeRoom(bytes)) {
       Refuse({503, "too many large bodies at once"}, 0.0);
@@ -443,8 +456,8 @@ void Connection::BeginBody() {
     }
     room_ = bytes;
   }
-  if (!head_.expects_continue || !received_.empty()) {
-    ContinueBody();
+  if (!reader_.head().expects_continue || !reader_.empty()) {
+    Proceed();
     return;
   }
   static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
@@ -456,43 +469,16 @@ void Connection::BeginBody() {
                       } else if (self->interrupt_ != Interrupt::kNone) {
                         self->OnInterrupted();
                       } else {
-                        self->ContinueBody();
+                        self->Read();
                       }
                     });
-}
-
-void Connection::ContinueBody() {
-  std::string& body = head_.request.body;
-  ChunkedBody::State state = ChunkedBody::State::kMore;
-  if (head_.framing == HttpFraming::kChunked) {
-    state = chunks_.Take(received_, body);
-  } else {
-    const std::size_t taken = std::min(static_cast<std::size_t>(head_.length) - body.size(), received_.size());
-    body.append(received_, 0, taken);
-    received_.erase(0, taken);
-    if (body.size() == head_.length) state = ChunkedBody::State::kDone;
-  }
-  switch (state) {
-    case ChunkedBody::State::kMore:
-      Read();
-      break;
-    case ChunkedBody::State::kDone:
-      Dispatch();
-      break;
-    case ChunkedBody::State::kMalformed:
-      Refuse({400, "malformed chunk"}, PeerBudget::kBadRequestCost);
-      break;
-    case ChunkedBody::State::kTooLarge:
-      Refuse({413, "body too large"}, PeerBudget::kBadRequestCost);
-      break;
-  }
 }
 
 void Connection::Dispatch() {
   phase_ = Phase::kHandler;
   ClearDeadline();
-  const HttpLane lane = host_.IsUrgent(head_.request.path) ? HttpLane::kUrgent : HttpLane::kRequests;
-  auto request = std::make_shared<HttpRequest>(std::move(head_.request));
+  const HttpLane lane = host_.IsUrgent(reader_.head().request.path) ? HttpLane::kUrgent : HttpLane::kRequests;
+  auto request = std::make_shared<HttpRequest>(std::move(reader_.head().request));
   const bool taken = host_.Run(lane, [self = shared_from_this(), request] {
     HttpResponse response = Guarded([&] { return self->host_.handler().Handle(*request); });
     request->body = {};
@@ -511,7 +497,7 @@ void Connection::Refuse(const HttpProblem& problem, double cost) {
     response.headers.emplace_back("Retry-After", std::to_string(host_.budget().RetryAfterSeconds(peer_.key, now)));
   }
   if (problem.status == 503) response.headers.emplace_back("Retry-After", "5");
-  head_.keep_alive = false;
+  keep_alive_ = false;
   Answer(std::move(response));
 }
 
@@ -521,7 +507,7 @@ void Connection::Answer(HttpResponse response) {
   if (phase_ == Phase::kEnded) return;
   phase_ = Phase::kAnswer;
   GiveRoom();
-  after_ = head_.keep_alive && !stopping_ ? AfterAnswer::kKeepAlive : AfterAnswer::kClose;
+  after_ = keep_alive_ && !stopping_ ? AfterAnswer::kKeepAlive : AfterAnswer::kClose;
   const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
   try {
     answer_head_ = AnswerHead(response, after_, now);
@@ -530,7 +516,7 @@ void Connection::Answer(HttpResponse response) {
     response = ProblemAnswer({500, "the console itself failed"});
     answer_head_ = AnswerHead(response, after_, now);
   }
-  answer_body_ = head_.head_only || IsBodiless(response.status) ? std::string() : std::move(response.body);
+  answer_body_ = head_only_ || IsBodiless(response.status) ? std::string() : std::move(response.body);
   written_ = 0;
   WritePiece();
 }
@@ -566,20 +552,22 @@ void Connection::OnWritten(const ErrorCode& error) {
 void Connection::BeginLinger() {
   phase_ = Phase::kLinger;
   SetDeadline(kLingerTime);
-  const auto shut = [self = shared_from_this()](const ErrorCode&) {
-    if (self->phase_ == Phase::kEnded) return;
-    ErrorCode error;
-    self->Lowest().shutdown(Tcp::socket::shutdown_send, error);
-    if (error) {
-      self->End();
-    } else {
-      self->Drain();
-    }
-  };
-  if (stream_->tls()) {
-    stream_->Tls().async_shutdown(shut);
+  if (!stream_->tls()) {
+    ShutAndDrain();
+    return;
+  }
+  stream_->Tls().async_shutdown([self = shared_from_this()](const ErrorCode&) {
+    if (self->phase_ != Phase::kEnded) self->ShutAndDrain();
+  });
+}
+
+void Connection::ShutAndDrain() {
+  ErrorCode error;
+  Lowest().shutdown(Tcp::socket::shutdown_send, error);
+  if (error) {
+    End();
   } else {
-    shut({});
+    Drain();
   }
 }
 
@@ -599,24 +587,24 @@ void Connection::GiveRoom() { host_.GiveRoom(std::exchange(room_, 0)); }
 // WebSocket.
 
 void Connection::OpenWebSocket() {
-  if (!received_.empty()) {
+  if (!reader_.empty()) {
     Refuse({400, "a WebSocket that speaks before it is open"}, PeerBudget::kBadRequestCost);
     return;
   }
   phase_ = Phase::kHandler;
   ClearDeadline();
+  const auto request = std::make_shared<HttpRequest>(std::move(reader_.head().request));
   handshake_ = {beast::http::verb::get, "/", 11};
-  handshake_.set(beast::http::field::host, std::string(*head_.request.Header("host")));
+  handshake_.set(beast::http::field::host, std::string(*request->Header("host")));
   handshake_.set(beast::http::field::upgrade, "websocket");
   handshake_.set(beast::http::field::connection, "upgrade");
   handshake_.set(beast::http::field::sec_websocket_version, "13");
-  handshake_.set(beast::http::field::sec_websocket_key, std::string(*head_.request.Header("sec-websocket-key")));
+  handshake_.set(beast::http::field::sec_websocket_key, std::string(*request->Header("sec-websocket-key")));
   socket_peer_ = std::make_shared<SocketPeer>(limits_.socket_queue_bytes, [weak = weak_from_this(), &io = io_] {
     asio::post(io, [weak] {
       if (const auto self = weak.lock()) self->Flush();
     });
   });
-  auto request = std::make_shared<HttpRequest>(std::move(head_.request));
   const bool taken = host_.Run(HttpLane::kLive, [self = shared_from_this(), peer = socket_peer_, request] {
     HttpHandler& handler = self->host_.handler();
     auto refusal = Guarded([&]() -> std::optional<HttpResponse> { return handler.Open(*request, peer); });
@@ -649,6 +637,7 @@ void Connection::AcceptWebSocket() {
   web_socket_->set_option(timeout);
   web_socket_->read_message_max(limits_.socket_message_bytes);
   web_socket_->auto_fragment(false);
+  web_socket_->control_callback([this](beast::websocket::frame_type, beast::string_view) { OnControlFrame(); });
   web_socket_->async_accept(handshake_, [self = shared_from_this()](const ErrorCode& error) {
     if (self->phase_ == Phase::kEnded) return;
     if (error) {
@@ -658,6 +647,14 @@ void Connection::AcceptWebSocket() {
     self->accepted_ = true;
     self->ReadMessage();
     self->Flush();
+  });
+}
+
+/// Pings are answered by Beast; a flood of them is not. Called within a read: what ends the connection comes after it.
+void Connection::OnControlFrame() {
+  if (host_.budget().Spend(peer_.key, kControlFrameCost, Now())) return;
+  asio::post(io_, [self = shared_from_this()] {
+    if (self->phase_ != Phase::kEnded) self->SayGoodbye({1008, "too many frames"});
   });
 }
 

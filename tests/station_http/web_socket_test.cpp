@@ -235,6 +235,17 @@ TEST_F(WebSocketTest, TooManyTextsEndIt) {
   EXPECT_LE(handler.texts().size(), 50U);
 }
 
+TEST_F(WebSocketTest, AFloodOfPingsEndsIt) {
+  options.limits.burst = 50.0;
+  options.limits.requests_per_second = 0.001;
+  Start();
+  const auto client = Open();
+  for (int i = 0; i < 250; ++i) (void)client->SendFrame(kPing, "x");
+  RawFrame frame = client->ReadFrame();
+  while (frame.opcode == kPong) frame = client->ReadFrame();
+  EXPECT_EQ(CloseCode(frame), 1008);
+}
+
 /// Fault row N4.
 TEST_F(WebSocketTest, TwentyStuckClientsCostTheOthersNothing) {
   options.limits.socket_queue_bytes = 256 << 10;

@@ -51,7 +51,7 @@ export interface HeatView {
   dispose(): void;
 }
 
-export const margins = { left: 64, right: 12, top: 8, bottom: 44 };
+export const margins = { left: 108, right: 12, top: 8, bottom: 44 };
 
 export function heatView(look: HeatLook): HeatView {
   const canvas = h('canvas', { class: 'heat-canvas', tabindex: 0, role: 'img', 'aria-label': `${look.label}. ${tCharts('map_keys')}` });
@@ -231,7 +231,7 @@ function drawSides(context: CanvasRenderingContext2D, look: HeatLook, state: Sta
   context.textBaseline = 'bottom';
   context.fillText(look.across.label, (area.x.low + area.x.high) / 2, area.y.high + margins.bottom - 2);
   context.save();
-  context.translate(4, (area.y.low + area.y.high) / 2);
+  context.translate(30, (area.y.low + area.y.high) / 2);
   context.rotate(-Math.PI / 2);
   context.textBaseline = 'top';
   context.fillText(look.down.label, 0, 0);
@@ -352,6 +352,6 @@ function legend(look: HeatLook): HTMLElement {
   });
   const { low, high } = look.range;
   const digits = high - low > 20 ? 0 : 2;
-  const text = (value: number) => `${look.colours === 'diverging' && value > 0 ? '+' : ''}${value.toFixed(digits)} ${look.unit}`;
+  const text = (value: number) => `${look.colours === 'diverging' && value > 0 ? '+' : ''}${value.toFixed(digits).replace('-', '−')} ${look.unit}`;
   return h('div', { class: 'row small number' }, h('span', null, text(low)), bar, h('span', null, text(high)), h('span', { class: 'row' }, h('span', { class: 'no-return', 'aria-hidden': 'true' }), tCharts('no_return')));
 }

@@ -96,7 +96,7 @@ function optionsOf(look: PlotLook, width: number): uPlot.Options {
     width,
     height: look.height ?? 240,
     tzDate: (time) => uPlot.tzDate(new Date(time * 1000), 'Etc/UTC'),
-    padding: [8, 14, 0, 0],
+    padding: [8, 26, 0, 0],
     legend: { show: look.legend ?? true, live: true },
     cursor: { y: false, points: { size: 8 } },
     scales: { x: { time: look.xTime ?? false }, y: { range: (_, low, high) => yRange(look, low, high) } },
@@ -116,7 +116,8 @@ function seriesOf(curve: Curve): uPlot.Series {
     label: curve.label,
     stroke,
     width: curve.pointsOnly ? 0 : 2,
-    points: { show: curve.pointsOnly ?? false, size: 7, fill: stroke },
+    // Where there are few, lines have points, too: one alone would not be seen.
+    points: curve.pointsOnly ? { show: true, size: 7, fill: stroke } : { size: 6, fill: stroke },
     value: (_, value) => (value === null || value === undefined ? '–' : `${value.toFixed(curve.digits ?? 2)}${curve.unit ? ` ${curve.unit}` : ''}`),
   };
   if (curve.dashed) series.dash = [6, 5];

@@ -103,7 +103,7 @@ function scaffold(frame: PolarFrame, ringRadius: number): SVGElement {
     line(thetaDeg, ringRadius, outer(frame, ringRadius, rim.outer + 10), 'ring-board'),
     text(frame, thetaDeg + (sensorsPerBoard * sensorStepDeg) / 2, outer(frame, ringRadius, rim.outer + 15), tCharts('board', { n: board + 1 }), 'ring-board-name'),
   ]);
-  const directions = (['right', 'front', 'left', 'back'] as const).map((key, k) => text(frame, 90 * k, ringRadius * 0.93, tCharts(key), 'ring-direction'));
+  const directions = (['right', 'front', 'left', 'back'] as const).map((key, k) => text(frame, 90 * k, ringRadius * 0.88, tCharts(key), 'ring-direction'));
   const ring = svg('circle', { cx: frame.centreX, cy: frame.centreY, r: (ringRadius * frame.scale).toFixed(1), class: 'ring-circle' });
   return svg('g', null, circles, axes, ring, boards, scale, directions);
 }

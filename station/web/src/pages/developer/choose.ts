@@ -17,17 +17,18 @@ export const choosePage = {
 };
 
 function listed(rows: readonly RecordingRow[]): HTMLElement {
-  if (rows.length === 0) return h('p', { class: 'note' }, t('nothing_to_replay'));
+  const kept = rows.filter((row) => row.state === 'kept');
+  if (kept.length === 0) return h('p', { class: 'note' }, t('nothing_to_replay'));
   return table(
     t('recordings'),
     [
       { head: t('scan'), cell: (row: RecordingRow) => row.scan_id },
       { head: t('profile'), cell: (row) => row.profile },
       { head: t('taken'), cell: (row) => timeText(row.taken_ms) },
-      { head: t('levels'), cell: (row) => row.levels, number: true },
-      { head: t('size'), cell: (row) => bytesText(row.bytes), number: true },
+      { head: t('levels'), cell: (row) => row.levels ?? '–', number: true },
+      { head: t('size'), cell: (row) => (row.bytes === null ? '–' : bytesText(row.bytes)), number: true },
       { head: '', cell: (row) => linkButton(t('open'), `/developer/replay/${encodeURIComponent(row.scan_id)}`, { kind: 'primary' }) },
     ],
-    rows,
+    kept,
   ).root;
 }

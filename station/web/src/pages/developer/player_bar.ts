@@ -44,7 +44,7 @@ export function playerBar(map: ReplayMap, moved: (level: number) => void): Playe
   };
   const start = () => {
     player.play(performance.now());
-    play.textContent = `⏸ ${t('pause')}`;
+    play.textContent = `❚❚ ${t('pause')}`;
     if (frame === 0) frame = requestAnimationFrame(tick);
   };
   const pause = () => {
@@ -67,7 +67,7 @@ export function playerBar(map: ReplayMap, moved: (level: number) => void): Playe
   const root = h(
     'div',
     { class: 'player', role: 'group', 'aria-label': t('player') },
-    h('div', { class: 'row' }, button('⏮', () => step(-last), { label: t('to_start') }), button('◀', () => step(-1), { label: t('step_back') }), play, button('▶|', () => step(1), { label: t('step_on') }), speed.root, line),
+    h('div', { class: 'row' }, button('|◀', () => step(-last), { label: t('to_start') }), button('◀', () => step(-1), { label: t('step_back') }), play, button('▶|', () => step(1), { label: t('step_on') }), speed.root, line),
     h('label', { class: 'hidden-text', for: id }, t('seek')),
     slider,
   );

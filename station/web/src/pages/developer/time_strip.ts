@@ -17,12 +17,12 @@ interface Lane {
 
 type TimedEvent = ReplayEvent & { timeS: number };
 
-export function timeStrip(replay: OpenReplay, endS: number, seek: (timeS: number) => void) {
+export function timeStrip(replay: OpenReplay, whole: Range, seek: (timeS: number) => void) {
   const root = h('div', { class: 'time-strip', role: 'group', 'aria-label': t('events_and_lines') });
   const told = h('p', { class: 'small event-text', role: 'status' }, t('choose_event'));
   const events: TimedEvent[] = replay.events.map((event) => ({ ...event, timeS: secondsOf(replay, event.time_ns) }));
-  const { lanes, still } = lanesOf(replay, endS);
-  let window: Range = { low: 0, high: endS };
+  const { lanes, still } = lanesOf(replay, whole.high);
+  let window: Range = { ...whole };
   let cursorS = 0;
   const draw = () => {
     const width = root.clientWidth;
@@ -67,15 +67,16 @@ export function timeStrip(replay: OpenReplay, endS: number, seek: (timeS: number
 
 /** One lane for each line that changes; of the others only how many. */
 function lanesOf(replay: OpenReplay, endS: number): { lanes: Lane[]; still: number } {
+  const changes = [...replay.safety].sort((a, b) => a.time_ns - b.time_ns);
   const byLine = new Map<string, { timeS: number; level: boolean }[]>();
-  for (const change of replay.safety) {
+  for (const change of changes) {
     const list = byLine.get(change.line) ?? [];
     list.push({ timeS: secondsOf(replay, change.time_ns), level: Boolean(change.level) });
     byLine.set(change.line, list);
   }
   // The watchdog's pulses change all the time and say nothing.
-  const moving = [...byLine].filter(([line, changes]) => line !== 'watchdog' && new Set(changes.map((one) => one.level)).size > 1);
-  const lanes = moving.slice(0, mostLanes).map(([line, changes]) => ({ name: chainLineWords(line)?.name ?? line, stretches: highStretches(changes, endS) }));
+  const moving = [...byLine].filter(([line, told]) => line !== 'watchdog' && new Set(told.map((one) => one.level)).size > 1);
+  const lanes = moving.slice(0, mostLanes).map(([line, told]) => ({ name: chainLineWords(line)?.name ?? line, stretches: highStretches(told, endS) }));
   return { lanes, still: byLine.size - lanes.length };
 }
 
@@ -86,7 +87,7 @@ function drawLane(one: Lane, top: number, window: Range, area: Range): SVGElemen
     .map(({ low, high }) => ({ from: clip(low), to: clip(high) }))
     .filter(({ from, to }) => to > from)
     .map(({ from, to }) => svg('rect', { x: from, y: middle - lane.bar / 2, width: to - from, height: lane.bar, class: 'high' }));
-  return svg('g', null, svg('line', { x1: area.low, x2: area.high, y1: middle, y2: middle, class: 'base' }), bars, svg('text', { x: area.low + 6, y: middle, class: 'lane-label' }, one.name));
+  return svg('g', null, svg('line', { x1: area.low, x2: area.high, y1: middle, y2: middle, class: 'base' }), bars, svg('text', { x: area.low - 8, y: middle, class: 'lane-name' }, one.name));
 }
 
 function eventMark(x: number, events: readonly TimedEvent[], choose: () => void): SVGElement {

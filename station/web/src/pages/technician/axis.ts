@@ -9,7 +9,7 @@ import { t } from '../../words/technician';
 import { axisPicture } from './axis_picture';
 import { holdButton, HoldToRun } from './hold_to_run';
 import { interlockPanel } from './interlock';
-import { badge, card, Ends, terms } from './page_parts';
+import { badge, card, Ends, pageOf, terms } from './page_parts';
 import './technician.css';
 
 type Direction = 'up' | 'down';
@@ -42,25 +42,27 @@ class AxisPageView {
   show(root: HTMLElement): void {
     const interlock = interlockPanel();
     this.ends.add(interlock.dispose);
-    replace(
+    pageOf(
       root,
-      h('h1', null, t('axis_title')),
+      t('axis_title'),
       this.#causes,
+      interlock.summary,
       h(
         'div',
         { class: 'axis-layout' },
         card(t('axis'), this.#picture.root),
         h('div', { class: 'stack' }, card(t('state'), this.#facts, h('div', { class: 'row' }, this.#home)), card(t('jog'), h('p', null, t('jog_how')), h('div', { class: 'jog-buttons' }, this.#up, this.#down), this.#jogLine)),
-        interlock.root,
       ),
+      interlock.root,
     );
     this.ends.add(holdButton(this.#up, 'up', ['Enter', 'ArrowUp'], this.#hold));
     this.ends.add(holdButton(this.#down, 'down', ['Enter', 'ArrowDown'], this.#hold));
     this.ends.add(connected.watch((yes) => !yes && this.#hold.release()));
     this.ends.add(booth.watch(() => this.#draw()));
     this.ends.add(
-      on('jog_refused', (message) => {
-        this.#refused = [message['seen'], message['advice']].filter(Boolean).join(' — ');
+      on('error', (message) => {
+        const { seen, advice } = (message['error'] ?? {}) as { seen?: string; advice?: string };
+        this.#refused = [seen, advice].filter(Boolean).join(' — ');
         this.#drawJog();
       }),
     );
@@ -93,7 +95,7 @@ class AxisPageView {
     const moves = booth.value.status?.state === 'JOG';
     const late = !moves && Date.now() - this.#heldSinceMs > 800;
     const running = t(this.#hold.direction === 'up' ? 'jog_up_now' : 'jog_down_now');
-    replace(this.#jogLine, moves ? badge(running, 'warn') : late ? t('jog_does_not_move') : t('jog_asked'));
+    replace(this.#jogLine, moves ? badge(running, 'warn') : this.#refused || t(late ? 'jog_does_not_move' : 'jog_asked'));
   }
 }
 

@@ -13,7 +13,7 @@ export interface AxisView {
 }
 
 const height = 460;
-const width = 300;
+const width = 330;
 const rail = { x: 120, top: 28, bottom: height - 28 };
 
 export function axisPicture() {

@@ -5,7 +5,7 @@ import { h, replace } from '../../core/dom';
 import { button, table } from '../../core/ui';
 import { t } from '../../words/technician';
 import { type Job, JobCancelled, jobPanel } from './job_panel';
-import { badge, card, Ends, timeText } from './page_parts';
+import { badge, card, Ends, pageOf, timeText } from './page_parts';
 import './technician.css';
 
 interface DoctorItem {
@@ -31,7 +31,7 @@ export const doctorPage = {
     const busy = h('p', { class: 'note warn' }, t('doctor_not_now'));
     ends.add(panel.dispose);
     ends.add(booth.watch((view) => (busy.hidden = !moves(view))));
-    replace(root, h('h1', null, t('doctor_title')), h('p', null, t('doctor_explain')), busy, h('p', { class: 'row' }, run), panel.root, report);
+    pageOf(root, t('doctor_title'), h('p', null, t('doctor_explain')), busy, h('p', { class: 'row' }, run), panel.root, report);
     return () => ends.end();
   },
 };
@@ -62,7 +62,7 @@ function drawn(report: DoctorReport): Node[] {
 function groupTable(group: string, items: readonly DoctorItem[]): HTMLElement {
   const verdict = { ok: () => badge(t('verdict_ok'), 'good'), none: () => badge(t('verdict_none')), problem: () => badge(`▲ ${t('verdict_problem')}`, 'bad') };
   const names: Record<string, string> = { host: t('group_host'), buses: t('group_buses'), ring: t('group_ring'), axis: t('axis'), interlock: t('interlock') };
-  return table(
+  const made = table(
     names[group] ?? group,
     [
       { head: t('what'), cell: (item: DoctorItem) => item.name },
@@ -71,4 +71,6 @@ function groupTable(group: string, items: readonly DoctorItem[]): HTMLElement {
     ],
     items,
   ).root;
+  made.classList.add('doctor-group');
+  return made;
 }

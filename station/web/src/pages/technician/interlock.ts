@@ -9,29 +9,29 @@ import { badge, card, Ends } from './page_parts';
 interface InterlockLine {
   name: string;
   level: boolean | null;
-  output?: boolean;
+  direction: 'in' | 'out';
   meaning: string;
-  since_ms: number | null;
+  /** An input that opens the chain. */
+  stops: boolean;
 }
 
 interface ChainFault {
-  fault: string;
   present: boolean;
   text: string;
   advice: string;
-  since_ms: number | null;
 }
 
 interface Interlock {
   lines: InterlockLine[];
   chain: ChainFault[];
-  held_by?: string;
+  held_by: string;
+  chain_closed: boolean;
 }
 
 const askEveryMs = 1000;
 
-/** Asks every second while it is shown, and whenever the booth's state changes. */
-export function interlockPanel(): { root: HTMLElement; dispose(): void } {
+/** The chain in a line or two, and all its lines; asks every second while it is shown, and whenever the booth's state changes. */
+export function interlockPanel(): { summary: HTMLElement; root: HTMLElement; dispose(): void } {
   const ends = new Ends();
   const chain = h('div', { class: 'stack', 'aria-live': 'polite' });
   const lines = h('div', { class: 'interlock-lines' });
@@ -64,19 +64,20 @@ export function interlockPanel(): { root: HTMLElement; dispose(): void } {
     }),
   );
   void ask();
-  return { root: card(t('interlock'), chain, lines), dispose: () => ends.end() };
+  return { summary: chain, root: card(t('interlock'), lines), dispose: () => ends.end() };
 }
 
 function chainOf(now: Interlock): Node[] {
   const faults = now.chain.filter((one) => one.present);
   const held = now.held_by ? [h('p', { class: 'note bad' }, h('strong', null, t('chain_holds')), ' ', now.held_by)] : [];
-  if (faults.length === 0 && held.length === 0) return [h('p', { class: 'note good' }, `✓ ${t('chain_closed')}`)];
-  return [...held, ...faults.map((one) => h('p', { class: 'note bad' }, h('strong', null, `▲ ${one.text}`), h('br'), one.advice))];
+  if (faults.length === 0 && held.length === 0 && now.chain_closed) return [h('p', { class: 'note good' }, `✓ ${t('chain_closed')}`)];
+  const open = now.chain_closed ? [] : [h('p', { class: 'note bad' }, h('strong', null, `▲ ${t('chain_open')}`))];
+  return [...open, ...held, ...faults.map((one) => h('p', { class: 'note bad' }, h('strong', null, `▲ ${one.text}`), h('br'), one.advice))];
 }
 
 function linesOf(all: readonly InterlockLine[]): Node[] {
   const list = (title: string, some: InterlockLine[]) => (some.length === 0 ? [] : [h('h3', null, title), h('ul', { class: 'lines' }, some.map(lineOf))]);
-  return [...list(t('inputs'), all.filter((one) => !one.output)), ...list(t('outputs'), all.filter((one) => one.output))];
+  return [...list(t('inputs'), all.filter((one) => one.direction === 'in')), ...list(t('outputs'), all.filter((one) => one.direction === 'out'))];
 }
 
 /** What a line is, what it says now, and whether that keeps the booth from moving. */
@@ -84,6 +85,6 @@ function lineOf(line: InterlockLine): HTMLElement {
   const known = chainLineWords(line.name);
   const level = line.level === null ? badge(t('level_unknown'), 'warn') : badge(line.level ? '1' : '0');
   const says = line.level === null ? t('level_unknown') : known ? (line.level ? known.high : known.low) : line.meaning;
-  const stops = known !== null && line.level !== null && known.stopsAt === line.level;
+  const stops = line.level === false && (line.stops || known?.stopsAt === false);
   return h('li', null, level, h('span', null, h('strong', null, known?.name ?? line.name), h('span', { class: stops ? 'bad-text' : '' }, `${stops ? '▲ ' : ''}${says}`)));
 }

@@ -29,9 +29,15 @@ export function loadInto<T>(root: HTMLElement, load: () => Promise<T>, draw: (lo
   );
 }
 
+/** Puts a page's heading and parts into its root. */
+export function pageOf(root: HTMLElement, title: string, ...content: (Node | null)[]): void {
+  root.classList.add('stack');
+  replace(root, h('h1', null, title), ...content);
+}
+
 /** A number with its unit, or a dash. */
 export function quantity(value: number | null | undefined, digits: number, unit: string): string {
-  return typeof value === 'number' && Number.isFinite(value) ? `${value.toFixed(digits)} ${unit}` : '–';
+  return typeof value === 'number' && Number.isFinite(value) ? `${value.toFixed(digits).replace('-', '−')} ${unit}` : '–';
 }
 
 export function percent(share: number | null | undefined, digits = 0): string {

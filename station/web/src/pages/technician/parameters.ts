@@ -3,21 +3,9 @@ import { get, post } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, field, newId, table } from '../../core/ui';
 import { t } from '../../words/technician';
-import { badge, card, loadInto } from './page_parts';
+import { badge, card, loadInto, pageOf } from './page_parts';
+import { type ConfigKey, matchingKeys, type Parameters, valueText } from './parameter_filter';
 import './technician.css';
-
-interface ConfigKey {
-  key: string;
-  value: unknown;
-  from: string;
-  line?: number | null;
-}
-
-interface Parameters {
-  path: string;
-  text: string;
-  sections: { name: string; keys: ConfigKey[] }[];
-}
 
 interface CheckAnswer {
   ok: boolean;
@@ -27,7 +15,7 @@ interface CheckAnswer {
 export const parametersPage = {
   mount(root: HTMLElement): () => void {
     const body = h('div', { class: 'stack' });
-    replace(root, h('h1', null, t('parameters_title')), h('p', null, t('parameters_explain')), body);
+    pageOf(root, t('parameters_title'), h('p', null, t('parameters_explain')), body);
     void loadInto(body, () => get<Parameters>('/api/technician/parameters'), (answer) => replace(body, ...drawn(answer)));
     return () => {};
   },
@@ -42,30 +30,19 @@ function drawn(parameters: Parameters): Node[] {
   return [h('p', null, t('file'), ' ', h('code', null, parameters.path)), h('div', { class: 'parameters-layout' }, h('div', { class: 'stack' }, search.root, list), editor(parameters))];
 }
 
-export function matchingKeys(sections: Parameters['sections'], typed: string): Parameters['sections'] {
-  const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
-  return sections
-    .map(({ name, keys }) => ({ name, keys: keys.filter((one) => words.every((word) => `[${name}] ${one.key} ${valueText(one.value)}`.toLowerCase().includes(word))) }))
-    .filter((section) => section.keys.length > 0);
-}
-
-function valueText(value: unknown): string {
-  return typeof value === 'string' ? value : JSON.stringify(value);
-}
-
 function sectionTables(parameters: Parameters, typed: string): Node[] {
   const found = matchingKeys(parameters.sections, typed);
   if (found.length === 0) return [h('p', { class: 'note' }, t('nothing_found'))];
   return found.map(
-    ({ name, keys }) =>
+    ({ name, values }) =>
       table(
         `[${name}]`,
         [
           { head: t('key'), cell: (one: ConfigKey) => h('code', null, one.key) },
           { head: t('value'), cell: (one) => h('code', null, valueText(one.value)) },
-          { head: t('comes_from'), cell: (one) => (one.from === 'default' ? badge(t('from_default')) : badge(one.line ? t('from_line', { n: one.line }) : t('from_file'), 'good')) },
+          { head: t('comes_from'), cell: (one) => (one.source !== 'file' ? badge(t('from_default')) : badge(one.line ? t('from_line', { n: one.line }) : t('from_file'), 'good')) },
         ],
-        keys,
+        values,
       ).root,
   );
 }
@@ -92,7 +69,7 @@ function editor(parameters: Parameters): HTMLElement {
   area.addEventListener('scroll', () => (gutter.scrollTop = area.scrollTop));
   const check = async () => {
     const told = await post<CheckAnswer>('/api/technician/parameters/check', { text: area.value });
-    bad = told.ok ? null : (told.error?.line ?? null);
+    bad = told.ok ? null : (told.error?.line || null);
     number();
     if (told.ok) return replace(answer, h('p', { class: 'note good' }, `✓ ${t('text_good')}`));
     area.setAttribute('aria-invalid', 'true');

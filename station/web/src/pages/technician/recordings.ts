@@ -6,15 +6,16 @@ import { button, linkButton, table } from '../../core/ui';
 import { t } from '../../words/technician';
 import { type Job, JobCancelled, jobPanel } from './job_panel';
 import { jsonView } from './json_view';
-import { badge, bytesText, card, Ends, loadInto, terms, timeText } from './page_parts';
+import { badge, bytesText, card, Ends, loadInto, pageOf, terms, timeText } from './page_parts';
 import './technician.css';
 
 export interface RecordingRow {
   scan_id: string;
   profile: string;
   taken_ms: number;
-  bytes: number;
-  levels: number;
+  bytes: number | null;
+  levels: number | null;
+  verdict: string;
   state: string;
 }
 
@@ -23,7 +24,7 @@ export const recordingsPage = {
     const ends = new Ends();
     const panel = jobPanel(t('recording_job'));
     ends.add(panel.dispose);
-    const list = h('div', null);
+    const list = h('div', { class: 'middle' });
     const result = h('div', { class: 'stack', 'aria-live': 'polite', tabindex: -1 });
     const reload = () => loadInto(list, () => get<{ recordings: RecordingRow[] }>('/api/technician/recordings'), (answer) => replace(list, listed(answer.recordings, act)));
     async function act(row: RecordingRow, what: 'inspect' | 'recover'): Promise<void> {
@@ -37,7 +38,7 @@ export const recordingsPage = {
         if (!(error instanceof JobCancelled)) replace(result);
       }
     }
-    replace(root, h('h1', null, t('recordings_title')), h('p', null, t('recordings_explain')), panel.root, result, list);
+    pageOf(root, t('recordings_title'), h('p', null, t('recordings_explain')), panel.root, result, list);
     void reload();
     return () => ends.end();
   },
@@ -59,8 +60,8 @@ function listed(rows: readonly RecordingRow[], act: (row: RecordingRow, what: 'i
       { head: t('scan'), cell: (row: RecordingRow) => row.scan_id },
       { head: t('profile'), cell: (row) => row.profile },
       { head: t('taken'), cell: (row) => timeText(row.taken_ms) },
-      { head: t('levels'), cell: (row) => row.levels, number: true },
-      { head: t('size'), cell: (row) => bytesText(row.bytes), number: true },
+      { head: t('levels'), cell: (row) => row.levels ?? '–', number: true },
+      { head: t('size'), cell: (row) => (row.bytes === null ? '–' : bytesText(row.bytes)), number: true },
       { head: t('state'), cell: (row) => stateBadge(row.state) },
       {
         head: t('do'),
@@ -80,10 +81,8 @@ function listed(rows: readonly RecordingRow[], act: (row: RecordingRow, what: 'i
 
 function stateBadge(state: string): HTMLElement {
   const known: Record<string, ['' | 'good' | 'warn' | 'bad', string]> = {
-    good: ['good', t('state_good')],
-    whole: ['good', t('state_good')],
-    unfinished: ['warn', t('state_unfinished')],
-    damaged: ['bad', t('state_damaged')],
+    kept: ['good', t('state_kept')],
+    none: ['', t('state_none')],
     missing: ['bad', t('state_missing')],
   };
   const [kind, text] = known[state] ?? ['', state];

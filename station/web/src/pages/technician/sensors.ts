@@ -11,18 +11,19 @@ import { type RingCell, ringView } from '../../charts/ring_view';
 import { ground, onTheme } from '../../charts/theme';
 import { t } from '../../words/technician';
 import { type LevelMessage, LiveRing } from './live_ring';
-import { badge, card, Ends, percent, quantity, terms } from './page_parts';
+import { badge, card, Ends, pageOf, percent, quantity, terms } from './page_parts';
 import './technician.css';
 
 interface SensorRow {
   index: number;
-  board: number;
+  /** Serial number of its board. */
+  board: number | null;
   angle_deg: number;
   returns_share: number | null;
   mean_mm: number | null;
   noise_mm: number | null;
   drift_mm: number | null;
-  alarm: string | null;
+  alarm: boolean;
 }
 
 type Shown = 'missing' | 'scatter' | 'drift';
@@ -71,11 +72,11 @@ class SensorsView {
   show(root: HTMLElement): void {
     const choices = shownChoice((shown) => {
       this.#shown = shown;
-      this.#drawCells();
+      this.#drawColours();
     });
-    replace(
+    pageOf(
       root,
-      h('h1', null, t('sensors_title')),
+      t('sensors_title'),
       this.#line,
       h(
         'div',
@@ -87,7 +88,7 @@ class SensorsView {
     );
     this.#follow();
     this.#drawLine();
-    this.#drawCells();
+    this.#drawColours();
     this.#pick(this.#picked);
     void this.#load();
   }
@@ -101,7 +102,7 @@ class SensorsView {
     ends.add(on('scan_result', () => void this.#load()));
     const clock = setInterval(() => this.#drawLine(), 1000);
     ends.add(() => clearInterval(clock));
-    ends.add(onTheme(() => this.#drawCells()));
+    ends.add(onTheme(() => this.#drawColours()));
   }
 
   async #load(): Promise<void> {
@@ -151,15 +152,19 @@ class SensorsView {
   }
 
   #alarmOf(sensor: number): string | null {
-    const told = this.#rows[sensor]?.alarm;
-    if (told) return told;
+    const row = this.#rows[sensor];
+    if (row?.alarm) return driftAlarm(row);
     const missing = this.#live.levels > 0 ? this.#live.noReturnShare(sensor) : 0;
     return missing > alarmedMissing ? t('sees_little', { share: percent(missing) }) : null;
   }
 
+  #drawColours(): void {
+    replace(this.#legend, ...legendOf(this.#shown));
+    this.#drawCells();
+  }
+
   #drawCells(): void {
     this.#ring.setCells(Array.from({ length: sensorCount }, (_, sensor) => cellOf(this.#valueOf(sensor), this.#shown, this.#alarmOf(sensor) !== null)));
-    replace(this.#legend, ...legendOf(this.#shown));
     drawAlarms(this.#alarms, (sensor) => this.#alarmOf(sensor), (sensor) => this.#pick(sensor));
   }
 
@@ -221,7 +226,7 @@ function detailOf(sensor: number, live: LiveRing, row: SensorRow | undefined, al
   const now = radius === undefined ? '–' : radius === null ? t('no_return') : `${quantity(ringRadius - radius, 1, 'mm')} (${t('radius')} ${quantity(radius, 1, 'mm')})`;
   const board = Math.floor(sensor / sensorsPerBoard);
   return terms([
-      [t('place'), t('place_text', { board: board + 1, channel: sensor % sensorsPerBoard, angle: angleOfSensor(sensor) })],
+      [t('place'), t('place_text', { board: board + 1, serial: row?.board ? ` (${row.board})` : '', channel: sensor % sensorsPerBoard, angle: angleOfSensor(sensor) })],
       [t('range_now'), now],
       [t('no_return_live'), percent(live.noReturnShare(sensor))],
       [t('scatter_live'), quantity(live.scatter(sensor), 2, 'mm')],
@@ -229,6 +234,10 @@ function detailOf(sensor: number, live: LiveRing, row: SensorRow | undefined, al
       [t('drift'), row && typeof row.drift_mm === 'number' ? `${row.drift_mm > 0 ? '+' : ''}${quantity(row.drift_mm, 3, 'mm')}` : '–'],
       [t('alarm'), alarm ? h('strong', { class: 'bad-text' }, `▲ ${alarm}`) : t('none')],
   ]);
+}
+
+function driftAlarm(row: SensorRow): string {
+  return t('drifted', { mm: quantity(row.drift_mm, 2, 'mm') });
 }
 
 function sensorNumber(pick: (sensor: number) => void) {
@@ -262,13 +271,13 @@ function allSensors(rows: readonly SensorRow[], pick: (sensor: number) => void):
     t('all_sensors'),
     [
       { head: t('sensor'), cell: show },
-      { head: t('board_head'), cell: (row) => row.board, number: true },
+      { head: t('board_head'), cell: (row) => row.board ?? '–', number: true },
       { head: t('angle_head'), cell: (row) => row.angle_deg, number: true },
       { head: t('returns_head'), cell: (row) => percent(row.returns_share, 1), number: true },
       { head: t('mean_head'), cell: (row) => quantity(row.mean_mm, 1, 'mm'), number: true },
       { head: t('noise_head'), cell: (row) => quantity(row.noise_mm, 2, 'mm'), number: true },
       { head: t('drift'), cell: (row) => quantity(row.drift_mm, 3, 'mm'), number: true },
-      { head: t('alarm'), cell: (row) => (row.alarm ? `▲ ${row.alarm}` : '') },
+      { head: t('alarm'), cell: (row) => (row.alarm ? `▲ ${driftAlarm(row)}` : '') },
     ],
     rows.filter(Boolean),
   ).root;
