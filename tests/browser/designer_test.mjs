@@ -1,5 +1,5 @@
 // The glasses designer on a head of the simulated booth.
-import { ask, checkAccess, expect, expectEqual, picture, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, picture, seconds, test, until } from './harness.mjs';
 import { drawn, stationWithHead, withPage } from './measure_head.mjs';
 
 export const begin = (browser) => stationWithHead(browser);
@@ -15,6 +15,9 @@ const tab = (page, name) => page.getByRole('tab', { name, exact: true }).click()
 const height = (page) => page.locator('input[type=range]').nth(6);
 const heightNumber = (page) => page.locator('.slider-number').nth(6);
 const previews = (page) => page.evaluate(() => performance.getEntriesByType('resource').filter((entry) => entry.name.includes('/glasses/preview')).length);
+
+/** Frames per second that software rendering must reach; less by as much as the machine does other work. */
+const slowest = 5 / Number(process.env.ANNULUS_PATIENCE ?? 1);
 
 /** Presses an arrow on a slider. */
 async function nudge(slider, times) {
@@ -61,7 +64,7 @@ test('a slider drives the picture at 5 frames a second or more, drawn by the pro
       return { frames: (Number(canvas.dataset.drawn) - frames) / took_s, previews: (count() - asked) / took_s, width: canvas.clientWidth, height: canvas.clientHeight };
     });
     console.log(`       preview by a slider: ${rate.previews.toFixed(1)} frames/s (drawn ${rate.frames.toFixed(1)}/s) at ${rate.width} × ${rate.height}, software rendering`);
-    expect(rate.previews >= 5, `at least 5 frames/s, seen ${rate.previews.toFixed(1)}`);
+    expect(rate.previews >= slowest, `at least ${slowest} frames/s, seen ${rate.previews.toFixed(1)}`);
   }));
 
 test('turning the head is fluent, drawn by the processor', (browser, common) =>
@@ -75,7 +78,7 @@ test('turning the head is fluent, drawn by the processor', (browser, common) =>
     const rate = ((await drawn(page)) - frames) / ((Date.now() - from) / 1000);
     await page.mouse.up();
     console.log(`       turning: ${rate.toFixed(1)} frames/s at ${Math.round(box.width)} × ${Math.round(box.height)}, software rendering`);
-    expect(rate >= 5, `at least 5 frames/s, seen ${rate.toFixed(1)}`);
+    expect(rate >= slowest, `at least ${slowest} frames/s, seen ${rate.toFixed(1)}`);
   }));
 
 test('two designs stand side by side, each changed by itself, and turn together', (browser, common) =>
@@ -138,13 +141,13 @@ test('the fit is told in words, and its files can be had', (browser, common) =>
   designer(browser, common, {}, async (page) => {
     await tab(page, 'Fit');
     await page.getByRole('button', { name: 'Fit it on and check' }).click();
-    await page.getByText(/Score \d+ of 100/).waitFor({ timeout: 90_000 });
+    await page.getByText(/Score \d+ of 100/).waitFor({ timeout: seconds(90) });
     expect((await page.locator('.designer-side tbody tr').count()) > 10, 'distances and contacts are listed');
     await checkAccess(page, 'fit report');
     await picture(page, 'designer-fit');
     await page.getByRole('button', { name: 'Design (.json)' }).click();
     const link = page.locator('.files a').first();
-    await link.waitFor({ timeout: 60_000 });
+    await link.waitFor({ timeout: seconds(60) });
     expect((await link.getAttribute('href')).startsWith('/api/artefacts/'), 'the file is an artefact');
   }));
 
@@ -169,7 +172,7 @@ test('the library is ranked for this head, and a frame of it tried on', (browser
     await tab(page, 'Library');
     await page.getByRole('button', { name: 'Rank all frames' }).click();
     const rows = page.locator('.ranked');
-    await rows.first().waitFor({ timeout: 300_000 });
+    await rows.first().waitFor({ timeout: seconds(300) });
     const scores = (await rows.locator('p').allInnerTexts()).map((text) => Number(/Score (\d+)/.exec(text)[1]));
     expect(scores.length >= 10, `frames: ${scores.length}`);
     await checkAccess(page, 'library');

@@ -11,7 +11,7 @@ import type { Panel } from './shape_panel';
 export function libraryPanel(desk: Desk): Panel {
   const list = h('div', { class: 'stack' }, h('p', { class: 'muted' }, tGlasses('library_first')));
   const run = button(tGlasses('library_run'), () => rankNow(desk, list), { kind: 'primary' });
-  return { root: h('div', { class: 'stack' }, run, list), end: () => {} };
+  return { root: h('div', { class: 'stack' }, run, list), show: () => {}, end: () => {} };
 }
 
 async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
