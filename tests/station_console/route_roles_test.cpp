@@ -11,8 +11,6 @@
 #include <sstream>
 #include <string>
 
-#include "station/console/job_routes.h"
-#include "station/console/recording_routes.h"
 #include "tests/station_console/console_desk.h"
 #include "tests/support/folders.h"
 
@@ -29,10 +27,8 @@ constexpr std::array<StationRole, 4> kRoles{StationRole::kNone, StationRole::kOp
 class RouteRolesTest : public testing::Test {
  protected:
   RouteRolesTest() {
-    for (const auto& add : {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddGlassesRoutes,
-                            AddTechnicianRoutes, AddRecordingRoutes}) {
-      add(desk_.table, desk_.context);
-    }
+    desk_.table = RouteTable();
+    AddAllRoutes(desk_.table, desk_.context, desk_.frame);
   }
 
   /// A path of the pattern.
