@@ -1,8 +1,12 @@
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "station/console/calibration_records.h"
 #include "station/console/calibration_run.h"
@@ -16,21 +20,28 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kLongestTarget = 400;
+constexpr std::size_t kLongestTargets = 500;
+constexpr std::string_view kBetweenTargets = " + ";
+constexpr std::string_view kVerifies = "verify:";
 
-/// What a form can begin with: usual targets, whose numbers are of their certificates.
-constexpr std::array<const char*, 3> kTargets{"cylinder:radius_mm=150,u_mm=0.02", "cylinder:radius_mm=70,u_mm=0.02",
-                                              "step:radius_mm=100,u_mm=0.01,step_mm=10,edges_mm=100;300;500"};
+/// What a form can begin with: usual sets of targets, whose numbers are to be those of their certificates.
+Json UsualTargets() {
+  return {{{"spec",
+            "cylinder:radius_mm=150,u_mm=0.02 + cylinder:radius_mm=70,u_mm=0.02 + "
+            "verify:cylinder:radius_mm=110,u_mm=0.02"},
+           {"name", "cylinders of 150 and 70 mm radius, and one of 110 mm to verify with"}},
+          {{"spec", "cylinder:radius_mm=150,u_mm=0.02 + cylinder:radius_mm=70,u_mm=0.02"},
+           {"name", "cylinders of 150 and 70 mm radius"}},
+          {{"spec", "cylinder:radius_mm=150,u_mm=0.02"}, {"name", "one cylinder of 150 mm radius"}}};
+}
 
 ApiResult Look(ConsoleContext& context, CalibrationRun& run) {
   const auto history = CalibrationHistoryJson(context.store);
   if (!history) return Refuse(503, history);
-  Json targets = Json::array();
-  for (const char* target : kTargets) targets.push_back(target);
   return JsonAnswer({{"current", CalibrationInForceJson(context)},
                      {"history", *history},
                      {"run", run.Report()},
-                     {"targets", std::move(targets)}});
+                     {"targets", UsualTargets()}});
 }
 
 /// `board`: a serial number, as a number or as it was typed; empty: the whole ring.
@@ -44,39 +55,44 @@ tl::expected<std::optional<std::uint32_t>, ApiError> BoardIn(const nlohmann::jso
   return BadField("board", "it is no serial number", "give the serial number of the board that was replaced");
 }
 
-/// A target's text, parsed; never a file's name.
-tl::expected<CalibrationTarget, ApiError> TargetIn(const nlohmann::json& body, const char* name) {
-  const auto text = TextField(body, name, kLongestTarget);
+/// `target`: one, or several with " + " between them, as ParseTarget takes them; never a file's name. One that begins
+/// with "verify:" takes no part in the solve: the result is held against it.
+tl::expected<CalibrationOrder, ApiError> TargetsIn(const nlohmann::json& body) {
+  const auto text = TextField(body, "target", kLongestTargets);
   if (!text) return tl::unexpected(text.error());
-  auto target = ParseTarget(*text);
-  if (!target) return BadField(name, target.error());
-  return std::move(*target);
+  CalibrationOrder order;
+  std::vector<bool> verifies;
+  for (std::size_t begin = 0; begin <= text->size();) {
+    const std::size_t end = std::min(text->find(kBetweenTargets, begin), text->size());
+    std::string one = text->substr(begin, end - begin);
+    verifies.push_back(one.starts_with(kVerifies));
+    if (verifies.back()) one.erase(0, kVerifies.size());
+    auto target = ParseTarget(one);
+    if (!target) return BadField("target", target.error());
+    order.plan.targets.push_back(std::move(*target));
+    order.targets.push_back(std::move(one));
+    begin = end + kBetweenTargets.size();
+  }
+  if (verifies.front()) return BadField("target", "the first one is to verify with", "begin with one to solve with");
+  order.plan.placements = UsualPlacements(order.plan.targets, verifies);
+  return order;
 }
 
 ApiResult Begin(CalibrationRun& run, const ApiRequest& request) {
   const auto& body = request.body;
-  if (const auto known = OnlyKeys(body, {"target", "verify", "board", "ambient_c"}); !known) {
+  if (const auto known = OnlyKeys(body, {"target", "board", "ambient_c"}); !known) {
     return tl::unexpected(known.error());
   }
-  CalibrationOrder order;
-  order.plan.technician = request.caller.user;
+  auto order = TargetsIn(body);
+  if (!order) return tl::unexpected(order.error());
   const auto ambient = NumberOr(body, "ambient_c", 20.0, -10.0, 50.0);
   if (!ambient) return tl::unexpected(ambient.error());
-  order.plan.ambient_c = *ambient;
-  std::vector<bool> verifies;
-  for (const char* name : {"target", "verify"}) {
-    if (std::string_view(name) == "verify" && (!body.contains(name) || body.at(name).is_null())) continue;
-    auto target = TargetIn(body, name);
-    if (!target) return tl::unexpected(target.error());
-    order.plan.targets.push_back(std::move(*target));
-    order.targets.push_back(body.at(name).get<std::string>());
-    verifies.push_back(!verifies.empty());
-  }
   const auto board = BoardIn(body);
   if (!board) return tl::unexpected(board.error());
-  order.board = *board;
-  order.plan.placements = UsualPlacements(order.plan.targets, verifies);
-  if (const Status begun = run.Begin(std::move(order)); !begun) return Refuse(409, begun);
+  order->plan.technician = request.caller.user;
+  order->plan.ambient_c = *ambient;
+  order->board = *board;
+  if (const Status begun = run.Begin(std::move(*order)); !begun) return Refuse(409, begun);
   return JsonAnswer(run.Report());
 }
 

@@ -49,7 +49,7 @@ std::string LevelText(const LevelFrame& frame) {
                      (frame.status & kFrameEmitterFault) != 0 ? ", emitters' power out of its limits" : "", ranges);
 }
 
-const char* UsbStatusText(UsbStatus status) {
+const char* TransferText(UsbStatus status) {
   constexpr const char* kTexts[]{"completed",   "timed out", "cancelled", "endpoint halted",
                                  "device gone", "overflow",  "no memory", "no access",
                                  "busy",        "error"};
@@ -127,13 +127,13 @@ class FrameWords {
     const std::size_t pending = assemblers_[ended.port].pending_bytes();
     if (pending > 0) meaning += fmt::format("{}{} bytes of a frame that goes on", meaning.empty() ? "" : "; ", pending);
     if (ended.status != UsbStatus::kCompleted) {
-      meaning = fmt::format("transfer {}{}{}", UsbStatusText(ended.status), meaning.empty() ? "" : ": ", meaning);
+      meaning = fmt::format("transfer {}{}{}", TransferText(ended.status), meaning.empty() ? "" : ": ", meaning);
     }
     if (meaning.empty()) meaning = ended.data.empty() ? "nothing came" : "bytes that are no frame";
     return Row(fmt::format("usb{}", ended.port), "in", Hex(ended.data, ended.data.size()), std::move(meaning));
   }
   static Json Words(const bus_record::UsbControl& control) {
-    const std::string failed = control.failure ? fmt::format(": {}", UsbStatusText(control.failure->status)) : "";
+    const std::string failed = control.failure ? fmt::format(": {}", TransferText(control.failure->status)) : "";
     return Row(
         fmt::format("usb{}", control.port), control.in ? "in" : "out", Hex(control.data, control.data.size()),
         fmt::format("{} (took {:.3f} ms){}", RequestText(control.request.request), Milliseconds(control.took), failed));
@@ -143,7 +143,7 @@ class FrameWords {
   }
   static Json Words(const bus_record::UsbRefused& refused) {
     return Row(fmt::format("usb{}", refused.port), "out", "",
-               fmt::format("a call failed at once: {}", UsbStatusText(refused.failure.status)));
+               fmt::format("a call failed at once: {}", TransferText(refused.failure.status)));
   }
   static Json Words(const bus_record::CanReceived& received) {
     const std::string bus = fmt::format("can{}", received.bus);

@@ -108,7 +108,7 @@ ApiResult ReplayRoutes::Run(const ApiRequest& request) {
   std::string plan;
   if (body.contains("faults") && !body.at("faults").is_null()) {
     plan = body.at("faults").dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    if (const auto parsed = ParseFaultPlan(plan, "faults"); !parsed) return BadField("faults", parsed.error());
+    if (const auto parsed = sim::ParseFaultPlan(plan, "faults"); !parsed) return BadField("faults", parsed.error());
   }
   auto folder = FolderWith(**session);
   if (!folder) return tl::unexpected(folder.error());

@@ -738,12 +738,12 @@ void Connection::OnMessageSent(const ErrorCode& error, const SocketPeer::Message
 
 void Connection::SayGoodbye(const SocketPeer::Goodbye& goodbye) {
   if (said_goodbye_) return;
-  said_goodbye_ = true;
   SetDeadline(kGoodbyeTime);
   if (!accepted_) {
-    End();
+    socket_peer_->Close(goodbye.code, goodbye.reason);  // said once the handshake is out
     return;
   }
+  said_goodbye_ = true;
   const beast::websocket::close_reason reason(static_cast<beast::websocket::close_code>(goodbye.code), goodbye.reason);
   web_socket_->async_close(reason, [self = shared_from_this()](const ErrorCode&) { self->End(); });
   ReadMessage();

@@ -41,7 +41,7 @@ Owned<BIO> Reader(const std::string& text) {
 /// those of another protocol).
 int ChooseProtocol(SSL* /*ssl*/, const unsigned char** chosen, unsigned char* chosen_length,
                    const unsigned char* offered, unsigned int offered_length, void* /*argument*/) {
-  // Static: OpenSSL keeps a pointer into it beyond this call.
+  // What is chosen points into this after the return.
   static constexpr std::array<unsigned char, 9> kHttp11{8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
   unsigned char* out = nullptr;
   const int result = SSL_select_next_proto(&out, chosen_length, kHttp11.data(),
