@@ -194,7 +194,7 @@ TEST_F(GlassesRoutes, AFitGivesGlassesThatAnExportTakes) {
 }
 
 TEST_F(GlassesRoutes, AJobThatFailsSaysWhy) {
-  console.store.RemoveArtefact(console.models.models[scan]->artefact_id).value();
+  ASSERT_TRUE(console.store.RemoveArtefact(console.models.models[scan]->artefact_id));
   const std::string text = "{}";
   Artefact damaged;
   damaged.scan_id = scan;
