@@ -117,7 +117,9 @@ TEST_F(ScanIntakeTest, FitsAndMeasuresByItself) {
   EXPECT_EQ(job.owner, "anna") << "who armed it";
   EXPECT_EQ(json::parse(job.result_json).at("scan_id"), scan);
   std::vector<std::string> kinds;
-  for (const Artefact& artefact : *parts_.store().ArtefactsOf(scan)) kinds.push_back(artefact.kind);
+  const auto artefacts = parts_.store().ArtefactsOf(scan);
+  ASSERT_TRUE(artefacts);
+  for (const Artefact& artefact : *artefacts) kinds.push_back(artefact.kind);
   EXPECT_THAT(kinds, testing::IsSupersetOf({"model", "landmarks"}));
   EXPECT_TRUE(parts_.models().Open(scan));
 }
