@@ -194,7 +194,7 @@ TEST_F(GlassesRoutes, AFitGivesGlassesThatAnExportTakes) {
 }
 
 TEST_F(GlassesRoutes, AJobThatFailsSaysWhy) {
-  console.store.RemoveArtefact(console.models.models[scan]->artefact_id).value();
+  ASSERT_TRUE(console.store.RemoveArtefact(console.models.models[scan]->artefact_id));
   const std::string text = "{}";
   Artefact damaged;
   damaged.scan_id = scan;
@@ -231,7 +231,7 @@ TEST_F(GlassesRoutes, ARankingSaysWhyAndGivesDesigns) {
 TEST_F(GlassesRoutes, APictureIsKeptAndCanBeLookedAt) {
   const Json body = {{"design", Design("round", "medium")}, {"view", "left45"}, {"size", 64}, {"method", "zbuffer"}};
   EXPECT_EQ(console.Ask("POST", At("glasses/picture"), body).status, 403);  // the customer has not released it
-  console.store.JudgeScan(scan, "good", R"({"released": true})").value();
+  ASSERT_TRUE(console.store.JudgeScan(scan, "good", R"({"released": true})"));
   const auto answer = console.Ask("POST", At("glasses/picture"), body);
   ASSERT_EQ(answer.json["state"], "done") << answer.json;
   const auto picture = console.Ask("GET", "/api/jobs/" + answer.json["id"].get<std::string>() + "/picture");
