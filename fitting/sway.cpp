@@ -28,9 +28,9 @@ std::size_t ColumnsOf(std::span<const SurfaceSample> samples) {
 }
 
 /// Distance between two levels of one sweep, mm: the median over all, the largest of all sweeps.
-double SweepPitch(const std::vector<RingLevel>& levels) {
+double SweepPitch(const std::vector<SweptLevel>& levels) {
   std::map<std::uint16_t, std::vector<double>> heights;
-  for (const RingLevel& level : levels) heights[level.sweep].push_back(level.z);
+  for (const SweptLevel& level : levels) heights[level.sweep].push_back(level.z);
   double pitch = 0.0;
   for (auto& [sweep, z] : heights) {
     std::sort(z.begin(), z.end());
@@ -45,7 +45,7 @@ double SweepPitch(const std::vector<RingLevel>& levels) {
 
 /// A level's evidence about its whole motion, with what two levels may differ by beside sway (skin, clothes, the
 /// surface between the levels) as further noise.
-LevelEvidence EvidenceOf(const RingLevel& level, const LevelMotion& seen, const SwayMotion& moved) {
+LevelEvidence EvidenceOf(const SweptLevel& level, const LevelMotion& seen, const SwayMotion& moved) {
   constexpr double kShift = 0.15;  // mm
   constexpr double kTurn = 0.002;  // rad
   LevelEvidence evidence{level.time_s, level.z, {}, {}};
@@ -148,7 +148,7 @@ void Align(std::span<const SurfaceSample> samples, std::span<const ReferenceRead
 void LeaveCommonPart(SwayAlignment& alignment) {
   const SweepPaths paths(alignment.levels);
   std::vector<SwayVector> common;
-  for (const RingLevel& level : alignment.levels) {
+  for (const SweptLevel& level : alignment.levels) {
     const std::vector<double> times = paths.NearestTimes(level.z);
     SwayVector sum = SwayVector::Zero();
     for (const double time : times) sum += alignment.posterior.MeanAt(time).Vector();
@@ -196,7 +196,7 @@ SwayEstimate EstimateSway(std::span<const SurfaceSample> samples, std::span<cons
     return estimate;
   }
   std::set<std::uint16_t> sweeps;
-  for (const RingLevel& level : alignment.levels) sweeps.insert(level.sweep);
+  for (const SweptLevel& level : alignment.levels) sweeps.insert(level.sweep);
   alignment.sweeps = sweeps.size();
   Align(samples, references, options, alignment);
   estimate.summary.sweeps = alignment.sweeps;

@@ -22,13 +22,13 @@ struct Sections {
   MatrixXd share;  ///< heights × knots, rows sum to 1.
 };
 
-Sections SectionsOf(const std::vector<RingLevel>& levels, const SwayPosterior& posterior) {
+Sections SectionsOf(const std::vector<SweptLevel>& levels, const SwayPosterior& posterior) {
   constexpr double kStep = 30.0;  // mm
   constexpr std::size_t kMost = 72;
   const SweepPaths paths(levels);
   double low = levels.front().z;
   double high = low;
-  for (const RingLevel& level : levels) {
+  for (const SweptLevel& level : levels) {
     low = std::min(low, level.z);
     high = std::max(high, level.z);
   }
@@ -159,7 +159,7 @@ void FillLevels(const SwayAlignment& alignment, SwayEstimate& estimate) {
   const auto n = static_cast<Index>(posterior.times.size());
   double removed = 0.0;
   for (std::size_t k = 0; k < alignment.levels.size(); ++k) {
-    const RingLevel& level = alignment.levels[k];
+    const SweptLevel& level = alignment.levels[k];
     const SwayPosterior::Place place = posterior.At(level.time_s);
     const auto sigma = [&](Index axis) {
       const Index at = axis * n + static_cast<Index>(place.knot);

@@ -16,7 +16,7 @@ enum class CommonPart {
 
 /// A scan, and how far its levels were moved.
 struct SwayAlignment {
-  std::vector<RingLevel> levels;
+  std::vector<SweptLevel> levels;
   std::vector<SwayMotion> moved;  ///< By level.
   SwayPosterior posterior;
   CommonPart common = CommonPart::kLeft;

@@ -58,30 +58,30 @@ double Tricube(double u) {
 
 }  // namespace
 
-std::vector<RingLevel> LevelsOf(std::span<const SurfaceSample> samples) {
-  std::map<std::pair<std::uint16_t, std::uint32_t>, RingLevel> levels;
+std::vector<SweptLevel> LevelsOf(std::span<const SurfaceSample> samples) {
+  std::map<std::pair<std::uint16_t, std::uint32_t>, SweptLevel> levels;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const SurfaceSample& sample = samples[k];
     if (!IsUsable(sample) || !(sample.weight > 0.0F)) continue;
-    RingLevel& level = levels[{sample.sweep, sample.level}];
+    SweptLevel& level = levels[{sample.sweep, sample.level}];
     level.sweep = sample.sweep;
     level.level = sample.level;
     level.time_s += sample.time_s;
     level.z += sample.z;
     level.samples.push_back(k);
   }
-  std::vector<RingLevel> result;
+  std::vector<SweptLevel> result;
   for (auto& [key, level] : levels) {
     level.time_s /= static_cast<double>(level.samples.size());
     level.z /= static_cast<double>(level.samples.size());
     result.push_back(std::move(level));
   }
   std::stable_sort(result.begin(), result.end(),
-                   [](const RingLevel& a, const RingLevel& b) { return a.time_s < b.time_s; });
+                   [](const SweptLevel& a, const SweptLevel& b) { return a.time_s < b.time_s; });
   return result;
 }
 
-LevelCurve CurveOf(std::span<const SurfaceSample> samples, const RingLevel& level, const SwayMotion& motion,
+LevelCurve CurveOf(std::span<const SurfaceSample> samples, const SweptLevel& level, const SwayMotion& motion,
                    std::size_t columns) {
   std::vector<Point> points;
   points.reserve(level.samples.size());

@@ -13,7 +13,7 @@
 namespace annulus {
 
 /// The samples of one level: what was seen at one moment.
-struct RingLevel {
+struct SweptLevel {
   std::uint16_t sweep = 0;
   std::uint32_t level = 0;
   double time_s = 0.0;               ///< Mean of its samples.
@@ -22,7 +22,7 @@ struct RingLevel {
 };
 
 /// Groups the usable samples of weight above 0 by (sweep, level), in order of time.
-[[nodiscard]] std::vector<RingLevel> LevelsOf(std::span<const SurfaceSample> samples);
+[[nodiscard]] std::vector<SweptLevel> LevelsOf(std::span<const SurfaceSample> samples);
 
 /// A level in directions equally spaced from theta = 0; NaN where it was not seen.
 struct LevelCurve {
@@ -32,7 +32,7 @@ struct LevelCurve {
 
 /// The points of a level moved back by `motion`, and put into `columns` directions by linear interpolation between
 /// neighbours that are of one surface.
-[[nodiscard]] LevelCurve CurveOf(std::span<const SurfaceSample> samples, const RingLevel& level,
+[[nodiscard]] LevelCurve CurveOf(std::span<const SurfaceSample> samples, const SweptLevel& level,
                                  const SwayMotion& motion, std::size_t columns);
 
 /// r(theta, z) of the resting body as far as it is known: robust local straight lines up each direction. What it has

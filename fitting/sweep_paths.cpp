@@ -24,8 +24,8 @@ PathTime TimeOn(const std::vector<std::pair<double, double>>& path, double z) {
 
 }  // namespace
 
-SweepPaths::SweepPaths(std::span<const RingLevel> levels) {
-  for (const RingLevel& level : levels) paths_[level.sweep].emplace_back(level.z, level.time_s);
+SweepPaths::SweepPaths(std::span<const SweptLevel> levels) {
+  for (const SweptLevel& level : levels) paths_[level.sweep].emplace_back(level.z, level.time_s);
   for (auto& [sweep, path] : paths_) std::sort(path.begin(), path.end());
 }
 

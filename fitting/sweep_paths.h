@@ -13,7 +13,7 @@ namespace annulus {
 /// When each sweep of a scan was at which height.
 class SweepPaths {
  public:
-  explicit SweepPaths(std::span<const RingLevel> levels);
+  explicit SweepPaths(std::span<const SweptLevel> levels);
 
   /// Times at height z of the sweeps that have a level within `reach` (mm), s.
   [[nodiscard]] std::vector<double> TimesAt(double z, double reach) const;

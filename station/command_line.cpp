@@ -23,13 +23,11 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 9> kLater{{{"clay", "reshape as clay"},
+constexpr std::array<LaterCommand, 7> kLater{{{"clay", "reshape as clay"},
                                               {"elastic", "reshape as an elastic body"},
                                               {"flatten", "flat patterns"},
                                               {"wrinkly", "wrinkly surfaces"},
                                               {"convert", "other file formats"},
-                                              {"store", "customers, scans and their files"},
-                                              {"rebuild", "derive everything again from recordings"},
                                               {"batch", "many scans at once"},
                                               {"support-bundle", "collect what support needs"}}};
 
@@ -101,7 +99,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
-        AddServeCommand}) {
+        AddStoreCommand,   AddRebuildCommand,   AddServeCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -176,8 +176,8 @@ Result<ConsoleServerOptions> ReadOptions(const ServeCommand& command, CommandIo&
 
 Result<std::unique_ptr<BoothProcess>> StartBooth(const ServeCommand& command, const ConsoleServerOptions& options) {
   if (!command.simulated || !command.socket.empty()) return std::unique_ptr<BoothProcess>();
-  return BoothProcess::Start({"boothd", "--config", "sim", "--socket", options.booth_socket, "--recordings",
-                              options.config.store.recordings, "--key-file", options.config.store.key_file});
+  return BoothProcess::Start(options.booth_socket, {"--config", "sim", "--recordings", options.config.store.recordings,
+                                                    "--key-file", options.config.store.key_file});
 }
 
 /// Until a stop is asked for. A simulated booth that ended is started again.

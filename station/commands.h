@@ -40,6 +40,8 @@ void AddSimDevicesCommand(CLI::App& app, CommandWork& chosen);
 void AddBoothdCommand(CLI::App& app, CommandWork& chosen);
 void AddServeCommand(CLI::App& app, CommandWork& chosen);
 void AddCalibrateCommand(CLI::App& app, CommandWork& chosen);
+void AddStoreCommand(CLI::App& app, CommandWork& chosen);
+void AddRebuildCommand(CLI::App& app, CommandWork& chosen);
 
 /// Adds a command of the design that a later version brings; it says so and exits 2.
 void AddLaterCommand(CLI::App& parent, const std::string& name, const std::string& purpose, CommandWork& chosen);

@@ -56,7 +56,7 @@ struct DemoSubject {
   FitSummary fit;
   KnowledgeShares shares;
   MeasurementTable table;
-  std::vector<Comparison> comparisons;
+  std::vector<TruthComparison> comparisons;
   std::optional<DemoGlasses> glasses;
   std::vector<DemoPicture> pictures;
   std::vector<DemoFile> files;

@@ -51,7 +51,7 @@ std::string Shown(double value, const std::string& unit) {
                               : std::string("–");
 }
 
-std::string ShownDifference(const Comparison& row) {
+std::string ShownDifference(const TruthComparison& row) {
   const double unit = row.unit == "dm³" ? 1e-3 : 1e-2;
   const double rounded = std::round((row.measured - row.truth) / unit) * unit + 0.0;  // + 0.0: no "-0.00"
   return fmt::format(fmt::runtime(row.unit == "dm³" ? "{:+.3f}" : "{:+.2f}"), rounded);
@@ -61,12 +61,12 @@ std::string Fact(const std::string& name, const std::string& value) {
   return "<tr><td>" + MarkupText(name) + "</td><td>" + MarkupText(value) + "</td></tr>\n";
 }
 
-std::string ComparisonTable(const std::vector<Comparison>& comparisons) {
+std::string ComparisonTable(const std::vector<TruthComparison>& comparisons) {
   std::string html =
       "<div class=\"scroll\"><table><thead><tr><th>Quantity</th><th>Unit</th><th>Measured</th><th>± 95 %</th>"
       "<th>True</th><th>Difference</th></tr></thead><tbody>\n";
-  const Comparison* before = nullptr;
-  for (const Comparison& row : comparisons) {
+  const TruthComparison* before = nullptr;
+  for (const TruthComparison& row : comparisons) {
     if (before == nullptr || before->group != row.group) {
       html += fmt::format("<tr class=\"group\"><td colspan=\"6\">{}</td></tr>\n", ComparisonGroupName(row.group));
     }
@@ -241,8 +241,8 @@ std::string DemoText(const DemoResult& result) {
   std::string text;
   for (const DemoSubject& subject : result.subjects) {
     text += fmt::format("{}{}\n", text.empty() ? "" : "\n", subject.title);
-    const Comparison* before = nullptr;
-    for (const Comparison& row : subject.comparisons) {
+    const TruthComparison* before = nullptr;
+    for (const TruthComparison& row : subject.comparisons) {
       if (before == nullptr || before->group != row.group) {
         text += fmt::format("  {:<26}{:>10} {:>9} {:>10} {:>11}\n", ComparisonGroupName(row.group), "measured",
                             "± 95 %", "true", "difference");
@@ -261,7 +261,7 @@ Json DemoJson(const DemoResult& result) {
   Json subjects = Json::array();
   for (const DemoSubject& subject : result.subjects) {
     Json rows = Json::array();
-    for (const Comparison& row : subject.comparisons) {
+    for (const TruthComparison& row : subject.comparisons) {
       rows.push_back({{"group", ComparisonGroupName(row.group)},
                       {"term", row.term},
                       {"unit", row.unit},

@@ -28,12 +28,12 @@ std::string Capitalised(std::string text) {
   return text;
 }
 
-Comparison Row(ComparisonGroup group, std::string term, const Uncertain& measured, double truth) {
+TruthComparison Row(ComparisonGroup group, std::string term, const Uncertain& measured, double truth) {
   return {group, std::move(term), "mm", measured.value, HalfWidth95(measured), truth, false};
 }
 
 /// The same in a larger unit.
-Comparison Scaled(Comparison row, double factor, const char* unit) {
+TruthComparison Scaled(TruthComparison row, double factor, const char* unit) {
   row.measured *= factor;
   row.half95 *= factor;
   row.truth *= factor;
@@ -42,7 +42,7 @@ Comparison Scaled(Comparison row, double factor, const char* unit) {
 }
 
 void AddFound(const MeasurementTable& table, const sim::NamedLevel& level, const sim::SectionTruth& section,
-              std::vector<Comparison>& rows) {
+              std::vector<TruthComparison>& rows) {
   if (const Measurement* girth = Find(table, level.id + "_girth")) {
     rows.push_back(Row(ComparisonGroup::kFoundLevel, girth->term, girth->value, section.tape_mm));
     rows.back().girth = true;
@@ -53,7 +53,7 @@ void AddFound(const MeasurementTable& table, const sim::NamedLevel& level, const
 }
 
 Status AddAtTrueLevel(const MeasuredSurface& surface, const sim::NamedLevel& level, const sim::SectionTruth& section,
-                      std::vector<Comparison>& rows) {
+                      std::vector<TruthComparison>& rows) {
   const auto measured = MeasureSection(surface, level.z_mm);
   if (!measured) return Fail(measured);
   const std::string name = Capitalised(level.id);
@@ -65,7 +65,7 @@ Status AddAtTrueLevel(const MeasuredSurface& surface, const sim::NamedLevel& lev
   return {};
 }
 
-Status AddVolume(const MeasuredSurface& surface, const sim::ParametricBody& truth, std::vector<Comparison>& rows) {
+Status AddVolume(const MeasuredSurface& surface, const sim::ParametricBody& truth, std::vector<TruthComparison>& rows) {
   const auto armpit = truth.heights().armpit_mm;
   const sim::NamedLevel* lower = FindLevel(truth, armpit ? "hip" : "neck");
   const sim::NamedLevel* brow = FindLevel(truth, "head");
@@ -93,9 +93,9 @@ const char* ComparisonGroupName(ComparisonGroup group) {
   return "";
 }
 
-Result<std::vector<Comparison>> CompareWithTruth(const MeasuredSurface& surface, const MeasurementTable& table,
-                                                 const sim::ParametricBody& truth) {
-  std::vector<Comparison> rows;
+Result<std::vector<TruthComparison>> CompareWithTruth(const MeasuredSurface& surface, const MeasurementTable& table,
+                                                      const sim::ParametricBody& truth) {
+  std::vector<TruthComparison> rows;
   const auto section_of = [&](const sim::NamedLevel& level) { return truth.TorsoSection(level.z_mm); };
   for (const sim::NamedLevel& level : truth.levels()) {
     if (const auto section = section_of(level)) AddFound(table, level, *section, rows);
@@ -107,17 +107,17 @@ Result<std::vector<Comparison>> CompareWithTruth(const MeasuredSurface& surface,
   return rows;
 }
 
-double LargestGirthError(const std::vector<Comparison>& comparisons) {
+double LargestGirthError(const std::vector<TruthComparison>& comparisons) {
   double largest = 0.0;
-  for (const Comparison& row : comparisons) {
+  for (const TruthComparison& row : comparisons) {
     if (row.girth) largest = std::max(largest, std::abs(row.measured - row.truth));
   }
   return largest;
 }
 
-double LargestVolumeError(const std::vector<Comparison>& comparisons) {
+double LargestVolumeError(const std::vector<TruthComparison>& comparisons) {
   double largest = 0.0;
-  for (const Comparison& row : comparisons) {
+  for (const TruthComparison& row : comparisons) {
     if (row.group == ComparisonGroup::kVolume) largest = std::max(largest, std::abs(row.measured / row.truth - 1.0));
   }
   return largest;

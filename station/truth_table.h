@@ -20,7 +20,7 @@ enum class ComparisonGroup {
 [[nodiscard]] const char* ComparisonGroupName(ComparisonGroup group);
 
 /// One number that was measured on a simulated subject, and its true value.
-struct Comparison {
+struct TruthComparison {
   ComparisonGroup group = ComparisonGroup::kFoundLevel;
   std::string term;
   std::string unit;  ///< "mm", "cm²", "dm³": of the three numbers.
@@ -33,13 +33,13 @@ struct Comparison {
 /// Everything in a measurement table whose truth is known, sections at the true levels, and a volume: from hip to
 /// just below the armpits on a whole body, from neck to brow on a head. Levels that were not found are left out.
 /// Fails if a section or the slab cannot be measured.
-Result<std::vector<Comparison>> CompareWithTruth(const MeasuredSurface& surface, const MeasurementTable& table,
-                                                 const sim::ParametricBody& truth);
+Result<std::vector<TruthComparison>> CompareWithTruth(const MeasuredSurface& surface, const MeasurementTable& table,
+                                                      const sim::ParametricBody& truth);
 
 /// The largest |measured − true| of the girths, mm; 0 without any.
-[[nodiscard]] double LargestGirthError(const std::vector<Comparison>& comparisons);
+[[nodiscard]] double LargestGirthError(const std::vector<TruthComparison>& comparisons);
 /// The largest |measured / true − 1| of the volumes.
-[[nodiscard]] double LargestVolumeError(const std::vector<Comparison>& comparisons);
+[[nodiscard]] double LargestVolumeError(const std::vector<TruthComparison>& comparisons);
 
 /// The true outline of the torso or head at height z, station frame, mm.
 [[nodiscard]] std::vector<Eigen::Vector2d> TrueOutline(const sim::ParametricBody& truth, double z);

@@ -28,8 +28,9 @@ constexpr const char* kOurselves = "/proc/self/exe";
 
 }  // namespace
 
-Result<std::unique_ptr<BoothProcess>> BoothProcess::Start(const std::vector<std::string>& arguments) {
-  std::vector<std::string> all{"annulus"};
+Result<std::unique_ptr<BoothProcess>> BoothProcess::Start(const std::string& socket,
+                                                          const std::vector<std::string>& arguments) {
+  std::vector<std::string> all{"annulus", "boothd", "--socket", socket};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& one : all) argv.push_back(one.data());
@@ -38,7 +39,7 @@ Result<std::unique_ptr<BoothProcess>> BoothProcess::Start(const std::vector<std:
   const pid_t pid = ::fork();
   if (pid < 0) return Fail("start the simulated booth", std::strerror(errno), "end other programs");
   if (pid == 0) BecomeBooth(argv.data(), parent);
-  return std::unique_ptr<BoothProcess>(new BoothProcess(pid));
+  return std::unique_ptr<BoothProcess>(new BoothProcess(pid, socket));
 }
 
 void BoothProcess::RequestStop() const {
@@ -59,6 +60,8 @@ BoothProcess::~BoothProcess() {
   ::kill(pid_, SIGKILL);
   int status = 0;
   ::waitpid(pid_, &status, 0);
+  ::unlink(socket_.c_str());
+  ::unlink((socket_ + ".lock").c_str());
 }
 
 }  // namespace annulus

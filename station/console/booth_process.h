@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -14,9 +15,10 @@ namespace annulus {
 /// console, however that ends (PR_SET_PDEATHSIG). Thread-bound: the thread that starts it must live as long.
 class BoothProcess {
  public:
-  /// Runs this very program with `arguments`. Called before other threads hold locks that the child would wait for.
-  static Result<std::unique_ptr<BoothProcess>> Start(const std::vector<std::string>& arguments);
-  /// Asks it to end, waits a second, then kills it.
+  /// Runs this very program as boothd on `socket`, with `arguments` beside.
+  static Result<std::unique_ptr<BoothProcess>> Start(const std::string& socket,
+                                                     const std::vector<std::string>& arguments);
+  /// Asks it to end, waits a second, then kills it and removes its socket.
   ~BoothProcess();
   BoothProcess(const BoothProcess&) = delete;
   BoothProcess& operator=(const BoothProcess&) = delete;
@@ -26,8 +28,9 @@ class BoothProcess {
   [[nodiscard]] bool runs();
 
  private:
-  explicit BoothProcess(pid_t pid) : pid_(pid) {}
+  BoothProcess(pid_t pid, std::string socket) : pid_(pid), socket_(std::move(socket)) {}
   pid_t pid_;
+  std::string socket_;
   bool ended_ = false;
 };
 

@@ -3,6 +3,8 @@
 #include <functional>
 #include <string>
 
+#include "station/console/console_context.h"
+
 namespace annulus {
 
 class Accounts;
@@ -18,5 +20,8 @@ struct ConsoleFrame {
   /// Why the certificate cannot be relied on now; "" if it can.
   std::function<std::string()> certificate_problem;
 };
+
+/// All routes of the console: the server serves these, and the test of routes and roles goes through these.
+void AddAllRoutes(RouteTable& table, ConsoleContext& context, ConsoleFrame& frame);
 
 }  // namespace annulus

@@ -2,8 +2,10 @@
 
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <typeinfo>
 #include <utility>
 
+#include "base/ensure.h"
 #include "base/log.h"
 #include "station/console/json_body.h"
 #include "station/console/security_headers.h"
@@ -23,6 +25,12 @@ HttpResponse ErrorAnswer(const ApiError& error) {
   HttpResponse response = JsonAnswer(json, error.status);
   if (error.status == 405) response.headers.emplace_back("Allow", "GET, POST");
   return response;
+}
+
+/// What may be logged of an exception: our own say where the program is wrong; the words of others may quote data.
+std::string KindOf(const std::exception& failure) {
+  const auto* ours = dynamic_cast<const LogicError*>(&failure);
+  return ours != nullptr ? ours->what() : typeid(failure).name();
 }
 
 /// The value that Route::audit_parameter names, of the body.
@@ -45,7 +53,7 @@ HttpResponse ConsoleHandler::Handle(const HttpRequest& request) {
       response = api ? Api(request) : Page(request);
     }
   } catch (const std::exception& failure) {
-    Log(LogLevel::kError, std::string("console: a request ended in an exception: ") + failure.what());
+    Log(LogLevel::kError, "console: a request ended in an exception: " + KindOf(failure));
     response =
         ErrorAnswer({500, {"carry out the request", "the program is wrong", "tell the makers what you did"}, ""});
   }
@@ -115,7 +123,7 @@ void ConsoleHandler::Received(const std::shared_ptr<WebSocketPeer>& peer, std::s
   try {
     taken = TakeMessage(peer, text);
   } catch (const std::exception& failure) {
-    Log(LogLevel::kError, std::string("console: a message ended in an exception: ") + failure.what());
+    Log(LogLevel::kError, "console: a message ended in an exception: " + KindOf(failure));
     taken = Fail("take the message", "the program is wrong", "tell the makers what you did");
   }
   if (taken) return;

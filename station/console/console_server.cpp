@@ -14,12 +14,10 @@
 #include "station/console/console_frame.h"
 #include "station/console/console_handler.h"
 #include "station/console/job_folder.h"
-#include "station/console/job_routes.h"
 #include "station/console/job_runner.h"
 #include "station/console/live_hub.h"
 #include "station/console/login_guard.h"
 #include "station/console/model_cache.h"
-#include "station/console/recording_routes.h"
 #include "station/console/request_gate.h"
 #include "station/console/scan_intake.h"
 #include "station/console/scratch_folder.h"
@@ -78,6 +76,8 @@ class Server final : public ConsoleServer {
   ~Server() override {
     server_.reset();
     if (booth_live_ != nullptr) booth_live_->OnScanEnded({});  // the link may still hear of one
+    intake_.reset();
+    jobs_.reset();  // what they do last works with the context
   }
 
   Status Prepare() {
@@ -161,12 +161,7 @@ class Server final : public ConsoleServer {
                                                            const std::lock_guard lock(identity_mutex_);
                                                            return CertificateProblem(identity_, WallSeconds(clock_));
                                                          }});
-    AddSessionRoutes(table_, *context_, *frame_);
-    AddAdminRoutes(table_, *context_, *frame_);
-    for (const auto& add : {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddGlassesRoutes,
-                            AddTechnicianRoutes, AddRecordingRoutes}) {
-      add(table_, *context_);
-    }
+    AddAllRoutes(table_, *context_, *frame_);
   }
 
   void TellOf(const JobStatus& job) {

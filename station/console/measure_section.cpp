@@ -1,6 +1,7 @@
 #include "station/console/measure_section.h"
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "base/units.h"
 #include "modeling/measure/plane_cut.h"
 #include "modeling/measure/section.h"
+#include "modeling/measure/taut_tape.h"
 #include "modeling/mesh/convex_hull_2d.h"
 #include "station/console/measure_places.h"
 #include "station/measurement_output.h"
@@ -18,6 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kOutlinePoints = 360;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<Eigen::Vector3d> AtHeight(const std::vector<Eigen::Vector2d>& points, double z) {
   std::vector<Eigen::Vector3d> lifted;
@@ -44,6 +47,8 @@ Result<Json> AnswerLevel(const LoadedModel& loaded, double z) {
   if (!section) return Fail(section);
   const auto outline = SectionCurve(loaded.body, z, kOutlinePoints);
   if (!outline) return Fail(outline);
+  const auto taut = TautLoop(loaded.body, z);  // beside what was not seen there is none
+  const Uncertain tape = taut ? loaded.body.WithSigma(taut->length) : Uncertain{kNone, kNone};
   Json loops = Json::array({PointsJson(AtHeight(*outline, z))});
   AddLimbs(loops, *loaded.model, z);
   return Json{{"z_mm", section->z},
@@ -53,6 +58,8 @@ Result<Json> AnswerLevel(const LoadedModel& loaded, double z) {
               {"perimeter_sigma_mm", JsonNumber(section->perimeter.sigma)},
               {"tape_sigma_mm", JsonNumber(section->tape.sigma)},
               {"area_sigma_mm2", JsonNumber(section->area.sigma)},
+              {"taut_tape_mm", JsonNumber(tape.value)},
+              {"taut_tape_sigma_mm", JsonNumber(tape.sigma)},
               {"measured_share", section->measured_share},
               {"one_visible_loop", loops.size() == 1 && section->measured_share >= 1.0 && section->steps == 0},
               {"loops", std::move(loops)},

@@ -107,6 +107,12 @@ ApiResult RecordingDocument(ConsoleContext& context, const ScanRow& scan) {
 
 ApiResult ScanDocument(ConsoleContext& context, const ApiRequest& request) {
   const std::string_view kind = request.http.Query("kind").value_or("");
+  const auto of_table =
+      std::find_if(kOfTable.begin(), kOfTable.end(), [&](const DocumentKind& one) { return one.name == kind; });
+  if (of_table == kOfTable.end() && kind != "recording" && kind != "model" && kind != "stl") {
+    return BadField("kind", "there is no such document",
+                    "give sheet, csv, json, smis, vit, freesewing, model, stl or recording");
+  }
   // What is a customer's goes to who serves customers; raw readings to who mends the booth.
   const bool of_operator = request.caller.role == StationRole::kOperator;
   if (of_operator == (kind == "recording")) {
@@ -117,11 +123,7 @@ ApiResult ScanDocument(ConsoleContext& context, const ApiRequest& request) {
   if (kind == "recording") return RecordingDocument(context, *scan);
   if (kind == "model") return ModelDocument(context, *scan);
   if (kind == "stl") return StlDocument(context, *scan);
-  const auto found =
-      std::find_if(kOfTable.begin(), kOfTable.end(), [&](const DocumentKind& one) { return one.name == kind; });
-  if (found != kOfTable.end()) return TableDocument(context, *scan, request, *found);
-  return BadField("kind", "there is no such document",
-                  "give sheet, csv, json, smis, vit, freesewing, model, stl or recording");
+  return TableDocument(context, *scan, request, *of_table);
 }
 
 }  // namespace annulus

@@ -7,6 +7,12 @@
 #include "acquisition/scan_quality.h"
 
 namespace annulus {
+namespace {
+
+/// Share of the planned levels from which on a scan counts as whole: single ones may be lost.
+constexpr double kWhole = 0.98;
+
+}  // namespace
 
 Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std::string& name, const KeySource* keys,
                                      const std::string& ticket) {
@@ -15,19 +21,28 @@ Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std
   if (!recording) return Fail(recording);
   const ScanQuality quality = AssessScan(recording->scan);
   const auto plan = PlanFromJson(recording->scan.header.plan_json);
+  const std::size_t levels = recording->scan.levels.size();
   Json notices = Json::array();
+  // The quality is that of the part that was taken.
+  const bool whole = !plan || static_cast<double>(levels) >= kWhole * plan->TotalLevels();
+  if (!whole) {
+    notices.push_back({{"code", "incomplete"},
+                       {"text", "not the whole scan: " + std::to_string(levels) + " of " +
+                                    std::to_string(plan->TotalLevels()) + " levels were taken"},
+                       {"advice", "scan again"}});
+  }
   for (const QualityNotice& notice : quality.notices) {
     notices.push_back({{"code", NoticeName(notice.code)}, {"text", notice.text}, {"advice", notice.advice}});
   }
   const Json summary{{"ticket", ticket},
-                     {"levels", recording->scan.levels.size()},
+                     {"levels", levels},
                      {"planned_levels", plan ? Json(plan->TotalLevels()) : Json(nullptr)},
                      {"coverage", quality.coverage},
                      {"notices", std::move(notices)},
                      {"quality", Json::parse(JsonFromQuality(quality))},
                      {"released", false}};
   ScanJudgement judgement;
-  judgement.verdict = VerdictName(quality.verdict);
+  judgement.verdict = VerdictName(whole ? quality.verdict : QualityVerdict::kRepeat);
   judgement.parked = plan && plan->parked();
   judgement.summary_json = summary.dump();
   judgement.header = std::move(recording->scan.header);

@@ -19,8 +19,8 @@ struct ScanJudgement {
   std::string summary_json;
 };
 
-/// Judges a recording as `annulus inspect` does. `ticket`: kept in the summary, so that the same recording is not taken
-/// twice. Fails if it cannot be read.
+/// Judges a recording as `annulus inspect` does; a scan that was broken off is to be repeated, however good its part
+/// is. `ticket`: kept in the summary, so that the same recording is not taken twice. Fails if it cannot be read.
 Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std::string& name, const KeySource* keys,
                                      const std::string& ticket);
 

@@ -10,7 +10,6 @@
 #include "station/console/booth_words.h"
 #include "station/console/console_context.h"
 #include "station/console/job_folder.h"
-#include "station/console/job_routes.h"
 #include "station/console/mesh_bytes.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_keys.h"
@@ -243,7 +242,6 @@ void AddScanRoutes(RouteTable& table, ConsoleContext& context) {
   add("GET", "/api/artefacts/{artefact}", kOperators, "", GetArtefact);
   table.Add({"POST", "/api/scans/import", kOperators, false, "import", "",
              [&context](const ApiRequest& request) { return ImportScan(context, request); }});
-  AddJobRoutes(table, context);
 }
 
 }  // namespace annulus

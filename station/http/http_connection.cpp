@@ -10,13 +10,13 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
+#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <exception>
 #include <optional>
@@ -40,6 +40,8 @@ using std::chrono::milliseconds;
 constexpr std::size_t kReadBytes = 16 << 10;
 /// Of an answer, for which the client has HttpLimits::write.
 constexpr std::size_t kPieceBytes = 256 << 10;
+/// Of a body, that go along with its head.
+constexpr std::size_t kTogetherBytes = 12 << 10;
 constexpr int kSendBufferBytes = 256 << 10;
 constexpr milliseconds kLingerTime{1000};
 /// For the other side's goodbye.
@@ -67,7 +69,7 @@ class EitherStream {
   executor_type get_executor() { return Socket().get_executor(); }
   Tcp::socket& Socket() { return tls_ ? tls_->next_layer() : *plain_; }
   [[nodiscard]] bool tls() const { return tls_.has_value(); }
-  beast::ssl_stream<Tcp::socket>& Tls() { return *tls_; }
+  asio::ssl::stream<Tcp::socket>& Tls() { return *tls_; }
 
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
@@ -88,7 +90,7 @@ class EitherStream {
 
  private:
   std::optional<Tcp::socket> plain_;
-  std::optional<beast::ssl_stream<Tcp::socket>> tls_;
+  std::optional<asio::ssl::stream<Tcp::socket>> tls_;
 };
 
 // What Beast's WebSocket asks of a stream of one's own.
@@ -152,7 +154,6 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
  private:
   enum class Phase { kHandshake, kHead, kBody, kHandler, kAnswer, kLinger, kWebSocket, kEnded };
   enum class Interrupt { kNone, kTooSlow, kStopped };
-  enum class Farewell { kNone, kSent };
   using Socket = beast::websocket::stream<EitherStream>;
 
   // Any phase.
@@ -180,7 +181,7 @@ class Connection final : public HttpConnection, public std::enable_shared_from_t
 
   // Its answer.
   void Answer(HttpResponse response);
-  void WritePiece();
+  void Write(std::string_view bytes);
   void OnWritten(const ErrorCode& error);
   void BeginLinger();
   void ShutAndDrain();
@@ -357,6 +358,7 @@ void Connection::ExplainTls() {
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: 59\r\nConnection: close\r\n\r\n"
       "The console speaks HTTPS: begin its address with https://.\n";
   ErrorCode error;
+  Lowest().non_blocking(true, error);
   Lowest().write_some(asio::buffer(kAnswer), error);
   phase_ = Phase::kLinger;
   SetDeadline(kLingerTime);
@@ -517,16 +519,16 @@ void Connection::Answer(HttpResponse response) {
     answer_head_ = AnswerHead(response, after_, now);
   }
   answer_body_ = head_only_ || IsBodiless(response.status) ? std::string() : std::move(response.body);
-  written_ = 0;
-  WritePiece();
+  // A small body goes along with its head: one TLS record, one packet.
+  written_ = std::min(answer_body_.size(), kTogetherBytes);
+  answer_head_.append(answer_body_, 0, written_);
+  Write(answer_head_);
 }
 
-void Connection::WritePiece() {
+/// One buffer at a time: of several, Beast's TLS stream writes only a first that is empty, and nothing would go on.
+void Connection::Write(std::string_view bytes) {
   SetDeadline(limits_.write);
-  const std::string_view piece = std::string_view(answer_body_).substr(written_, kPieceBytes);
-  written_ += piece.size();
-  const std::array<asio::const_buffer, 2> buffers{asio::buffer(answer_head_), asio::buffer(piece.data(), piece.size())};
-  asio::async_write(*stream_, buffers,
+  asio::async_write(*stream_, asio::buffer(bytes.data(), bytes.size()),
                     [self = shared_from_this()](const ErrorCode& error, std::size_t) { self->OnWritten(error); });
 }
 
@@ -536,9 +538,10 @@ void Connection::OnWritten(const ErrorCode& error) {
     End();
     return;
   }
-  answer_head_.clear();
   if (written_ < answer_body_.size()) {
-    WritePiece();
+    const std::string_view piece = std::string_view(answer_body_).substr(written_, kPieceBytes);
+    written_ += piece.size();
+    Write(piece);
     return;
   }
   answer_body_ = {};
@@ -735,12 +738,12 @@ void Connection::OnMessageSent(const ErrorCode& error, const SocketPeer::Message
 
 void Connection::SayGoodbye(const SocketPeer::Goodbye& goodbye) {
   if (said_goodbye_) return;
-  said_goodbye_ = true;
   SetDeadline(kGoodbyeTime);
   if (!accepted_) {
-    End();
+    socket_peer_->Close(goodbye.code, goodbye.reason);  // said once the handshake is out
     return;
   }
+  said_goodbye_ = true;
   const beast::websocket::close_reason reason(static_cast<beast::websocket::close_code>(goodbye.code), goodbye.reason);
   web_socket_->async_close(reason, [self = shared_from_this()](const ErrorCode&) { self->End(); });
   ReadMessage();

@@ -41,7 +41,8 @@ Owned<BIO> Reader(const std::string& text) {
 /// those of another protocol).
 int ChooseProtocol(SSL* /*ssl*/, const unsigned char** chosen, unsigned char* chosen_length,
                    const unsigned char* offered, unsigned int offered_length, void* /*argument*/) {
-  constexpr std::array<unsigned char, 9> kHttp11{8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
+  // What is chosen points into this after the return.
+  static constexpr std::array<unsigned char, 9> kHttp11{8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
   unsigned char* out = nullptr;
   const int result = SSL_select_next_proto(&out, chosen_length, kHttp11.data(),
                                            static_cast<unsigned int>(kHttp11.size()), offered, offered_length);

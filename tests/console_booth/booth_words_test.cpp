@@ -151,7 +151,7 @@ TEST(BoothWords, HaveAdviceForEveryStepThatIsNotSo) {
     EXPECT_EQ(plain.steps.size(), 9U);
     for (const PlainStep& step : plain.steps) {
       EXPECT_FALSE(step.words.text.empty()) << step.id;
-      if (!step.ok) EXPECT_FALSE(step.words.advice.empty()) << step.id;
+      EXPECT_EQ(step.words.advice.empty(), step.ok) << step.id;
       EXPECT_EQ(HasJapanese(step.words.text), language == SheetLanguage::kJapanese) << step.words.text;
     }
   }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The layer rule: which folder may include which, one library per folder, heavy headers in .cpp files only, file length.
+"""The layer rule: which folder may include which, one library per folder, one type per name, heavy headers in .cpp files only, file length.
 
 usage: check_layers.py [SOURCE_DIR]      exit 0 nothing found, 1 violations (one `file:line: rule` each)
 """
@@ -22,6 +22,7 @@ MAY_INCLUDE = {
 # Dear to compile, or C handles that one adapter owns: never in a header.
 CPP_ONLY = re.compile(r"(ceres/|embree3/|webp/|opencv2/|boost/|openssl/|libusb|usbredir|modbus|gpiod|sqlite3\.h|.*\.hxx$)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+TYPE_DEFINITION = re.compile(r"^(?:struct|class|enum class) ([A-Za-z0-9_]+)(?: final)?(?: : .*| \{.*)$")
 LIBRARY_CALL = re.compile(r"^\s*(annulus_library|add_library)\s*\(\s*(\S+)([^)]*)\)", re.MULTILINE)
 MAX_LINES = 800
 SOURCE_SUFFIXES = (".h", ".cpp", ".py", ".ts", ".sh", ".cmake")
@@ -53,6 +54,27 @@ def check_includes(path, folder, lines):
             yield number, f"{folder} may not include {other} (it may include {allowed})"
 
 
+def check_type_names(root):
+    """One name, one type: two headers that define the same name would give the program two destructors of one name."""
+    seen = {}
+    for folder in MAY_INCLUDE:
+        for path in files_under(os.path.join(root, folder)):
+            if not path.endswith(".h"):
+                continue
+            with open(path, encoding="utf-8") as f:
+                namespace = ""
+                for number, line in enumerate(f, 1):
+                    if line.startswith("namespace "):
+                        namespace = line.split()[1]
+                    match = TYPE_DEFINITION.match(line.rstrip())
+                    if not match:
+                        continue
+                    name = f"{namespace}::{match.group(1)}"
+                    if name in seen:
+                        yield path, number, f"{name} is also defined in {os.path.relpath(seen[name], root)}"
+                    seen.setdefault(name, path)
+
+
 def check_libraries(root, folder):
     """Exactly one library per folder, named after it, linked only with folders that it may include."""
     seen = []
@@ -80,6 +102,7 @@ def violations(root):
             yield os.path.join(root, folder), 1, "this folder is missing"
             continue
         yield from check_libraries(root, folder)
+    yield from check_type_names(root)
     for folder in [*MAY_INCLUDE, "tests", "cmake"]:
         for path in files_under(os.path.join(root, folder)):
             if not path.endswith(SOURCE_SUFFIXES):

@@ -60,6 +60,11 @@ class CheckLayers(unittest.TestCase):
         os.rename(os.path.join(self.root, "render"), os.path.join(self.root, "painter"))
         self.assertEqual(len(self.found()), 2)
 
+    def test_two_types_of_one_name_are_found(self):
+        self.write("base/a.h", "namespace annulus {\nstruct Level {\n};\n}\n")
+        self.write("modeling/b.h", "namespace annulus {\nstruct Level;\nclass Level final : public Base {\n};\n}\n")
+        self.assertEqual(self.found(), ["modeling/b.h:3: annulus::Level is also defined in base/a.h"])
+
     def test_a_file_that_is_too_long_is_found(self):
         self.write("tests/a.cpp", "\n" * 801)
         self.assertEqual(self.found(), ["tests/a.cpp:801: 801 lines, at most 800"])

@@ -8,6 +8,7 @@ import ssl
 import stat
 import subprocess
 import time
+import warnings
 
 import annulus_cli
 from annulus_cli import ProgramTest, TIME_FACTOR
@@ -89,8 +90,10 @@ class Serve(ProgramTest):
         old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         old.check_hostname = False
         old.verify_mode = ssl.CERT_NONE
-        old.minimum_version = ssl.TLSVersion.TLSv1
-        old.maximum_version = ssl.TLSVersion.TLSv1_1
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)
+            old.minimum_version = ssl.TLSVersion.TLSv1
+            old.maximum_version = ssl.TLSVersion.TLSv1_1
         with socket.create_connection(("127.0.0.1", console.port)) as plain:
             with self.assertRaises((ssl.SSLError, ConnectionError)):
                 old.wrap_socket(plain)
@@ -109,8 +112,9 @@ class Serve(ProgramTest):
         self.assertEqual(stat.S_IMODE(os.stat(self.path("station")).st_mode), 0o700)
         for path, _, names in os.walk(self.path("station")):
             for name in names:
-                mode = stat.S_IMODE(os.stat(os.path.join(path, name)).st_mode)
-                self.assertEqual(mode & 0o077, 0, f"{name}: {mode:o}")
+                mode = os.lstat(os.path.join(path, name)).st_mode
+                self.assertTrue(stat.S_ISREG(mode), name)
+                self.assertEqual(stat.S_IMODE(mode) & 0o077, 0, f"{name}: {mode:o}")
 
     def test_a_stop_is_in_order_within_two_seconds(self):
         console, browser = self.start()

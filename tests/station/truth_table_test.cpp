@@ -10,12 +10,12 @@
 namespace annulus {
 namespace {
 
-Comparison Row(ComparisonGroup group, double measured, double truth, double half95) {
+TruthComparison Row(ComparisonGroup group, double measured, double truth, double half95) {
   return {group, "x", "mm", measured, half95, truth, group != ComparisonGroup::kVolume};
 }
 
 TEST(TruthTable, TheLargestErrorsAreThoseOfGirthsAndVolumes) {
-  const std::vector<Comparison> rows{Row(ComparisonGroup::kFoundLevel, 900.5, 900.0, 1.0),
+  const std::vector<TruthComparison> rows{Row(ComparisonGroup::kFoundLevel, 900.5, 900.0, 1.0),
                                      Row(ComparisonGroup::kTrueLevel, 898.75, 900.0, 1.0),
                                      Row(ComparisonGroup::kVolume, 20.05, 20.0, 0.1)};
   EXPECT_DOUBLE_EQ(LargestGirthError(rows), 1.25);
@@ -64,7 +64,7 @@ TEST(TruthTable, ComparesEveryTrueLevelAndTheVolumeInTheirUnits) {
   const auto rows = CompareWithTruth(*surface, {}, body);
   ASSERT_TRUE(rows) << rows.error().Text();
   ASSERT_EQ(rows->size(), 3 * body.levels().size() + 1);
-  for (const Comparison& row : *rows) {
+  for (const TruthComparison& row : *rows) {
     EXPECT_TRUE(std::isnan(row.half95)) << row.term;  // the model has no normal matrix
     if (row.unit == "mm") {
       EXPECT_NEAR(row.measured, 200.0 * std::numbers::pi, 0.01) << row.term;
@@ -73,7 +73,7 @@ TEST(TruthTable, ComparesEveryTrueLevelAndTheVolumeInTheirUnits) {
     }
   }
   const double hip = body.levels().back().z_mm;
-  const Comparison& volume = rows->back();
+  const TruthComparison& volume = rows->back();
   EXPECT_EQ(volume.group, ComparisonGroup::kVolume);
   EXPECT_NEAR(volume.measured, std::numbers::pi * 0.01 * (*body.heights().armpit_mm - 20.0 - hip) * 1.0, 1e-3);
 }

@@ -82,6 +82,9 @@ TEST_F(ServerEnd, AnAnswerThatIsUnderWayIsGiven) {
   ASSERT_TRUE(client->Send(Get("/")));
   begun.get_future().wait();
   auto ending = std::async(std::launch::async, [&] { server.reset(); });
+  // It has begun to end when it takes no connection any more.
+  target.authority_pem.clear();
+  ASSERT_TRUE(Eventually([&] { return RawClient::Connect(target) == nullptr; }));
   release.set_value();
   const RawAnswer answer = client->ReadAnswer();
   EXPECT_EQ(answer.body, "the last");
@@ -136,6 +139,14 @@ TEST_F(ServerEnd, AFloodOfBadRequestsDoesNotHoldUpAGoodClient) {
   options.limits.burst = HttpLimits().burst;
   StartTls();
   const auto good = Client();
+  const auto ask = [&] {
+    const auto begin = SteadyClock::now();
+    EXPECT_EQ(good->Ask(Get("/")).status, 200);
+    return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
+  };
+  std::vector<double> quiet_ms;
+  for (int i = 0; i < 50; ++i) quiet_ms.push_back(ask());
+  std::sort(quiet_ms.begin(), quiet_ms.end());
   std::atomic<bool> done{false};
   std::atomic<int> sent{0};
   std::atomic<int> answered{0};
@@ -162,8 +173,7 @@ TEST_F(ServerEnd, AFloodOfBadRequestsDoesNotHoldUpAGoodClient) {
   const auto until = SteadyClock::now() + std::chrono::seconds(3);
   while (SteadyClock::now() < until) {
     const auto begin = SteadyClock::now();
-    ASSERT_EQ(good->Ask(Get("/")).status, 200);
-    times_ms.push_back(std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count());
+    times_ms.push_back(ask());
     std::this_thread::sleep_until(begin + milliseconds(10));  // the rate of a page that is busy
   }
   done = true;
@@ -176,9 +186,8 @@ TEST_F(ServerEnd, AFloodOfBadRequestsDoesNotHoldUpAGoodClient) {
   RecordProperty("p99_us", static_cast<int>(1000 * p99));
   std::printf("flood: %d bad/s, good: %zu requests, p50 %.2f ms, p99 %.2f ms, longest %.2f ms\n", sent / 3,
               times_ms.size(), times_ms[times_ms.size() / 2], p99, times_ms.back());
-  // Loose: the machine may be busy with other things. A good client that had to queue behind the flood would wait for
-  // seconds.
-  EXPECT_LT(times_ms[times_ms.size() / 2], 250.0);
+  // Loose, since the flood itself takes processors from the good client. Behind the flood it would wait for seconds.
+  EXPECT_LT(times_ms[times_ms.size() / 2], 250.0 + 50.0 * quiet_ms[quiet_ms.size() / 2]);
   EXPECT_LE(handler.refusals().size(), 6U) << "told of once a second";
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "tests/station_http/http_fixture.h"
@@ -222,6 +223,44 @@ TEST_F(TlsServerTest, RefusesACertificateThatDoesNotFitItsKey) {
   const auto made = HttpServer::Make(options, handler);
   ASSERT_FALSE(made.has_value());
   EXPECT_THAT(made.error().Text(), HasSubstr("does not fit"));
+}
+
+TEST_F(TlsServerTest, SatisfiesAnotherProgramsClient) {
+  StartTls();
+  const std::string authority = BinaryFolder() + "/https_peer_authority.pem";
+  PosixStorage disk;
+  ASSERT_TRUE(WriteFileAtomically(disk, authority, target.authority_pem).has_value());
+  const std::string script = SourceFolder() + "/tests/station_http/https_peer.py";
+  const std::string command =
+      "/usr/bin/python3 '" + script + "' " + std::to_string(target.port) + " '" + authority + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << "what does not hold is on stderr";
+  std::filesystem::remove(authority);
+}
+
+TEST_F(TlsServerTest, AnswersOfAnySizeComeWhole) {
+  std::string body;
+  handler.answer = [&](const HttpRequest&) { return HttpResponse{200, "text/plain", {}, body}; };
+  StartTls();
+  const auto client = Client();
+  for (const std::size_t bytes : {0, 1, 12'287, 12'288, 12'289, 16'383, 16'384, 16'385, 70'000, 300'000, 3'000'000}) {
+    body.assign(bytes, 'x');
+    const RawAnswer answer = client->Ask(Get("/"));
+    ASSERT_EQ(answer.status, 200) << bytes;
+    ASSERT_EQ(answer.body, body) << bytes;
+  }
+}
+
+TEST_F(TlsServerTest, KeepsItsTimeLimits) {
+  options.limits.header = std::chrono::milliseconds(60);
+  options.limits.body = std::chrono::milliseconds(60);
+  StartTls();
+  const auto slow_head = Client();
+  ASSERT_TRUE(slow_head->Send("GET / HT"));
+  EXPECT_EQ(slow_head->ReadAnswer().status, 408);
+  EXPECT_TRUE(slow_head->SeesEnd());
+  const auto slow_body = Client();
+  EXPECT_EQ(slow_body->Ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\nabc").status, 408);
+  EXPECT_TRUE(slow_body->SeesEnd());
 }
 
 TEST_F(TlsServerTest, SpeaksWebSocketOverTls) {

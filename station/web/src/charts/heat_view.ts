@@ -85,18 +85,7 @@ export function heatView(look: HeatLook): HeatView {
     setAcross({ ...look.across.whole });
     setDown({ ...look.down.whole });
   };
-  const tools = h(
-    'div',
-    { class: 'row heat-tools' },
-    legend(look),
-    h(
-      'div',
-      { class: 'row' },
-      button('+', () => zoomBy(0.5, about(), middle(state.down), false), { label: tCharts('nearer') }),
-      button('−', () => zoomBy(2, about(), middle(state.down), false), { label: tCharts('further') }),
-      button(tCharts('all'), reset),
-    ),
-  );
+  const tools = toolsOf(look, (factor) => zoomBy(factor, about(), middle(state.down), false), reset);
   const root = h('div', { class: 'heat' }, canvas, tools);
   const ends = [watchPointer(canvas, look, state, { zoomBy, setAcross, setDown }), watchKeys(canvas, look, state, zoomBy, reset)];
   const sizes = new ResizeObserver(ask);
@@ -126,6 +115,12 @@ export function heatView(look: HeatLook): HeatView {
       for (const end of ends) end();
     },
   };
+}
+
+/** Legend, and buttons for who has no wheel. */
+function toolsOf(look: HeatLook, zoom: (factor: number) => void, reset: () => void): HTMLElement {
+  const buttons = [button('+', () => zoom(0.5), { label: tCharts('nearer') }), button('−', () => zoom(2), { label: tCharts('further') }), button(tCharts('all'), reset)];
+  return h('div', { class: 'row heat-tools' }, legend(look), h('div', { class: 'row' }, buttons));
 }
 
 /** A side whose cells are numbered: sensors, scans. */

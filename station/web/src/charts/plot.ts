@@ -116,7 +116,8 @@ function seriesOf(curve: Curve): uPlot.Series {
     label: curve.label,
     stroke,
     width: curve.pointsOnly ? 0 : 2,
-    points: { show: curve.pointsOnly ?? false, size: 7, fill: stroke },
+    // Where there are few, lines have points, too: one alone would not be seen.
+    points: curve.pointsOnly ? { show: true, size: 7, fill: stroke } : { size: 6, fill: stroke },
     value: (_, value) => (value === null || value === undefined ? '–' : `${value.toFixed(curve.digits ?? 2)}${curve.unit ? ` ${curve.unit}` : ''}`),
   };
   if (curve.dashed) series.dash = [6, 5];

@@ -19,6 +19,7 @@ export class ApiFailure extends Error {
 
 let csrfToken = '';
 let sessionEnded: () => void = () => {};
+let answered: () => void = () => {};
 
 /** The token that every POST carries; from GET /api/session. */
 export function setCsrfToken(token: string): void {
@@ -28,6 +29,11 @@ export function setCsrfToken(token: string): void {
 /** Told when an answer says that nobody is logged in. */
 export function onSessionEnded(listener: () => void): void {
   sessionEnded = listener;
+}
+
+/** Told of every answer: the station counts requests as use of the session. */
+export function onAnswer(listener: () => void): void {
+  answered = listener;
 }
 
 export async function get<T>(path: string): Promise<T> {
@@ -70,6 +76,7 @@ async function send(
     if (error instanceof DOMException && error.name === 'AbortError') throw error;
     throw new ApiFailure(0, { attempted: 'ask the station', seen: 'no answer', advice: 'wait: the page tries again; the booth goes on by itself' });
   }
+  answered();
   if (response.ok) return response;
   const answer = (await response.json().catch(() => null)) as { error?: ErrorText; field?: string } | null;
   if (response.status === 401 && path !== '/api/login') sessionEnded();

@@ -1,5 +1,5 @@
 // Who is logged in, and until when (docs/console_api.md §2).
-import { get, onSessionEnded, post, setCsrfToken } from './api';
+import { get, onAnswer, onSessionEnded, post, setCsrfToken } from './api';
 import { connect, connected, on } from './live';
 import type { Role } from './page';
 import { Signal } from './signal';
@@ -80,6 +80,9 @@ export function watchSession(): void {
     addEventListener(event, noteUse, { passive: true, capture: true });
   }
   ticking ??= setInterval(tick, 1000);
+  onAnswer(() => {
+    lastTold_ms = Date.now();
+  });
   onSessionEnded(() => void ended('session'));
   let stood = false;
   connected.watch((yes) => {
@@ -93,7 +96,6 @@ export function watchSession(): void {
 /** Tells the station that somebody is here: its count of idle time begins anew. */
 export async function stayLoggedIn(): Promise<void> {
   noteUse();
-  lastTold_ms = Date.now();
   secondsLeft.set(null);
   take(await get<Session>('/api/session'));
 }
@@ -101,7 +103,6 @@ export async function stayLoggedIn(): Promise<void> {
 function take(answer: Session): void {
   const before = session.value;
   setCsrfToken(answer.csrf);
-  lastTold_ms = Date.now();
   if (!before && !localStorage.getItem('annulus.language')) language.set(answer.language === 'ja' ? 'ja' : 'en');
   if (before?.user !== answer.user) secondsLeft.set(null);
   session.set(answer);
@@ -113,8 +114,8 @@ async function ended(reason: string): Promise<void> {
   if (ending || role() === 'none') return;
   ending = true;
   try {
-    endedBecause.set(reason);
     await loadSession();
+    if (role() === 'none') endedBecause.set(reason);
   } catch {
     // No line to the station: what was on the screen goes away all the same.
     if (session.value) session.set({ ...session.value, user: null, role: 'none' });

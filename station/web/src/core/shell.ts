@@ -62,13 +62,16 @@ async function open(main: HTMLElement, entries: readonly PageEntry[], login: Pag
     const page = await place.entry.load();
     if (mine !== turn) return;
     replace(main, root);
-    leave = page.mount(root, place.parameters);
+    const unmount = page.mount(root, place.parameters);
+    scrollTo(0, 0);
+    const endFocus = focusHeading(root);
+    leave = () => {
+      endFocus();
+      unmount();
+    };
   } catch (error) {
     if (mine === turn) replace(main, h('div', { class: 'page' }, failurePanel(error, () => location.reload())));
-    return;
   }
-  scrollTo(0, 0);
-  focusHeading(root);
 }
 
 function wanted(entries: readonly PageEntry[]): Place | null {
@@ -76,14 +79,22 @@ function wanted(entries: readonly PageEntry[]): Place | null {
   return findPage(entries, path === '/' ? (firstPath(entries, role()) ?? '/') : path);
 }
 
-/** So that a screen reader begins with the new page, and Tab goes on from there. */
-function focusHeading(root: HTMLElement): void {
-  if (root.contains(document.activeElement)) return;
-  const heading = root.querySelector('h1');
-  document.title = heading?.textContent ? `${heading.textContent} · annulus` : 'annulus';
-  if (!heading) return;
-  heading.tabIndex = -1;
-  heading.focus({ preventScroll: true });
+/** So that a screen reader begins with the new page, and Tab goes on from there; some pages come after an answer. */
+function focusHeading(root: HTMLElement): () => void {
+  const take = (): boolean => {
+    const heading = root.querySelector('h1');
+    if (!heading) return false;
+    document.title = `${heading.textContent} · annulus`;
+    if (root.contains(document.activeElement)) return true;
+    heading.tabIndex = -1;
+    heading.focus({ preventScroll: true });
+    return true;
+  };
+  document.title = 'annulus';
+  if (take()) return () => {};
+  const later = new MutationObserver(() => take() && later.disconnect());
+  later.observe(root, { childList: true, subtree: true });
+  return () => later.disconnect();
 }
 
 function notHere(title: string, advice: string): HTMLElement {

@@ -45,7 +45,7 @@ interface Layer {
 }
 
 const fieldOfView_deg = 28;
-/** While the camera moves, a picture that takes longer (ms) is drawn with fewer pixels. */
+/** While something moves, a picture that takes longer (ms) is drawn with fewer pixels. */
 const slowFrame_ms = 45;
 const coarseRatio = 0.6;
 /** Where smooth edges cost too much, a picture that has stood for a moment is drawn once more with this many pixels. */
@@ -306,21 +306,25 @@ export class Viewer {
     this.#aim();
     renderer.render(this.#scene, this.#camera);
     this.#overlay.place((p) => this.project(p), eyeOf(this.#place), this.element.clientWidth, this.element.clientHeight);
-    ++this.#drawn;
+    // For whoever measures how fluent it is from outside.
+    renderer.domElement.dataset['drawn'] = String(++this.#drawn);
     this.#drawFineLater(renderer);
   }
 
-  /** Edges of a picture that stands are smoothed by more pixels, where WebGL does not smooth them. */
+  /**
+   * A picture that stands gets all its pixels; where WebGL does not smooth edges, more than those, which smooths them.
+   */
   #drawFineLater(renderer: THREE.WebGLRenderer): void {
     window.clearTimeout(this.#fineTimer);
-    if (!this.#software || this.#moving || this.#glide) return;
+    const rest = this.#software ? fineRatio : this.#fullRatio();
+    const ratio = renderer.getPixelRatio();
+    if (this.#moving || this.#glide || ratio === rest) return;
     this.#fineTimer = window.setTimeout(() => {
-      const ratio = renderer.getPixelRatio();
-      this.#setPixelRatio(renderer, fineRatio);
+      this.#setPixelRatio(renderer, rest);
       this.#aim();
       renderer.render(this.#scene, this.#camera);
       // The next picture is an ordinary one again; changing the size now would clear this one.
-      this.#ratioAfterFine = ratio;
+      this.#ratioAfterFine = this.#software ? Math.min(ratio, this.#fullRatio()) : null;
     }, standing_ms);
   }
 
@@ -332,10 +336,10 @@ export class Viewer {
     else this.requestRender();
   }
 
-  /** Fewer pixels while the camera moves, where the machine draws slowly; all of them once it stands. */
+  /** Fewer pixels while something moves, where the machine draws slowly; all of them once it stands. */
   #keepFluent(renderer: THREE.WebGLRenderer, now_ms: number): void {
-    const busy = this.#moving || this.#glide !== null;
     const passed = now_ms - this.#lastFrame_ms;
+    const busy = this.#moving || this.#glide !== null || passed < standing_ms;
     this.#lastFrame_ms = now_ms;
     if (busy && passed < 1000) this.#frameTime_ms += 0.3 * (passed - this.#frameTime_ms);
     const full = this.#fullRatio();

@@ -21,7 +21,6 @@ export const developerWords = {
   effective_parameters: ['Effective parameters', '有効パラメーター数'],
   events: ['events', '出来事'],
   events_and_lines: ['Events and lines of the safety chain over time', 'イベントと安全回路の信号線の推移'],
-  fault_bus_off: ['bus-off', 'バスオフ'],
   fault_cancel_completes: ['cancelled transfers end completed', '取消した転送が完了扱い'],
   fault_damage: ['a bit turned over', 'ビット反転'],
   fault_displace: ['frames come late', 'フレームの遅れ'],

@@ -14,7 +14,7 @@ export class FaultsPanel {
   readonly #verdict = h('div', { 'aria-live': 'polite' });
   readonly #problem = h('div', { 'aria-live': 'polite' });
   readonly #id = newId('plan');
-  readonly #text = h('textarea', { id: this.#id, class: 'code', rows: 12, spellcheck: 'false', 'aria-describedby': `${this.#id}-problem` });
+  readonly #text = h('textarea', { id: this.#id, class: 'code', rows: 12, wrap: 'off', spellcheck: 'false', 'aria-describedby': `${this.#id}-problem` });
   readonly #kind = choice(t('kind'), 'kind', replayKinds.map((one, k) => [String(k), `${one.target}: ${t(`fault_${one.kind}` as Parameters<typeof t>[0])}`] as const), '0');
   readonly #level = field(t('from_level'), 'level', { type: 'number', min: 0, step: 1, value: '40' });
   readonly #length = field(t('for_seconds'), 'for_s', { type: 'number', min: 0, step: 'any', value: '0.3', hint: t('for_hint') });

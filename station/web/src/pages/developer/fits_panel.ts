@@ -33,7 +33,7 @@ export class FitsPanel {
     this.#compare.disabled = !a || !b;
     replace(this.#compared);
     if (!a && !b) return replace(this.#numbers);
-    const number = (value: number | null) => (value === null ? '–' : Number.isInteger(value) ? String(value) : value.toPrecision(4));
+    const number = (value: number | null) => (value === null ? '–' : (Number.isInteger(value) ? String(value) : value.toPrecision(4)).replace('-', '−'));
     const cells = fitRows(a, b).map(({ key, name, a: left, b: right }) => h('tr', null, h('th', { scope: 'row' }, name ?? t(key as Parameters<typeof t>[0])), h('td', { class: 'number' }, number(left)), h('td', { class: 'number' }, number(right)), h('td', { class: 'number' }, left !== null && right !== null ? number(right - left) : '–')));
     const head = h('tr', null, h('th', { scope: 'col' }, t('number')), h('th', { scope: 'col', class: 'number' }, 'A'), h('th', { scope: 'col', class: 'number' }, 'B'), h('th', { scope: 'col', class: 'number' }, 'B − A'));
     replace(this.#numbers, h('div', { class: 'table-frame', tabindex: 0, role: 'region', 'aria-label': t('numbers') }, h('table', null, h('caption', null, t('numbers')), h('thead', null, head), h('tbody', null, cells))));

@@ -64,13 +64,8 @@ export function playerBar(map: ReplayMap, moved: (level: number) => void): Playe
   };
   slider.addEventListener('input', () => goTo(slider.valueAsNumber));
   speed.input.addEventListener('change', () => player.setSpeed(Number(speed.input.value), performance.now()));
-  const root = h(
-    'div',
-    { class: 'player', role: 'group', 'aria-label': t('player') },
-    h('div', { class: 'row' }, button('|◀', () => step(-last), { label: t('to_start') }), button('◀', () => step(-1), { label: t('step_back') }), play, button('▶|', () => step(1), { label: t('step_on') }), speed.root, line),
-    h('label', { class: 'hidden-text', for: id }, t('seek')),
-    slider,
-  );
+  const buttons = [button('|◀', () => step(-last), { label: t('to_start') }), button('◀', () => step(-1), { label: t('step_back') }), play, button('▶|', () => step(1), { label: t('step_on') })];
+  const root = h('div', { class: 'player', role: 'group', 'aria-label': t('player') }, h('div', { class: 'row' }, buttons, speed.root, line), h('label', { class: 'hidden-text', for: id }, t('seek')), slider);
   return {
     root,
     goTo,

@@ -6,7 +6,7 @@ import { heatView, indexSide, type Side } from '../../charts/heat_view';
 import { timedSpans } from '../../charts/heat_map';
 import { angleOfSensor, sensorCount } from '../../charts/polar';
 import { ringView } from '../../charts/ring_view';
-import { robustRange } from '../../charts/scale';
+import { type Range, robustRange } from '../../charts/scale';
 import { nearestLevel } from '../../charts/timeline';
 import { t } from '../../words/developer';
 import { card, Ends, loadInto, quantity, terms } from '../technician/page_parts';
@@ -14,7 +14,7 @@ import { BytesPanel } from './bytes_panel';
 import { FaultsPanel } from './faults_panel';
 import { FitsPanel } from './fits_panel';
 import { playerBar } from './player_bar';
-import { type OpenReplay, secondsOf } from './replay_file';
+import { type OpenReplay, secondsOf, wholeTime } from './replay_file';
 import { holdOf, rangesOf, readReplayMap, type ReplayMap, sensorsDown } from './replay_map';
 import { timeStrip } from './time_strip';
 import '../technician/technician.css';
@@ -72,11 +72,11 @@ class ReplayView {
     private readonly ends: Ends,
   ) {
     const { replay, map } = opened;
-    const endS = Math.max(secondsOf(replay, replay.to_ns), map.timesS.at(-1) ?? 0);
+    const whole = wholeTime(replay, Math.max(secondsOf(replay, replay.to_ns), map.timesS.at(-1) ?? 0));
     this.#map = heatView({
       label: t('map_label'),
       matrix: sensorsDown(map),
-      across: timeSide(map, endS),
+      across: timeSide(map, whole),
       down: indexSide(t('sensor'), map.sensors),
       colours: 'sequential',
       range: robustRange(map.range, 0.98, { least: 10 }),
@@ -88,7 +88,7 @@ class ReplayView {
       },
       windowChanged: (window) => this.#strip.setWindow(window),
     });
-    this.#strip = timeStrip(replay, endS, (timeS) => this.#player.goTo(nearestLevel(map.timesS, timeS)));
+    this.#strip = timeStrip(replay, whole, (timeS) => this.#player.goTo(nearestLevel(map.timesS, timeS)));
     this.#player = playerBar(map, (level) => this.#show(level));
     this.#ring = ringView({
       ringRadius: replay.radius_mm,
@@ -104,6 +104,7 @@ class ReplayView {
   show(root: HTMLElement): void {
     const { replay, map } = this.opened;
     const about = h('p', { class: 'muted' }, t('about', { levels: replay.levels, sweeps: replay.sweeps, sensors: replay.sensors, seconds: secondsOf(replay, replay.to_ns).toFixed(1) }));
+    const damage = replay.events.filter((event) => event.kind === 'damage').map((event) => h('p', { class: 'note warn' }, `▲ ${event.text}`));
     if (map.levels === 0) return replace(root, about, h('p', { class: 'note warn' }, t('no_levels')));
     const faults = new FaultsPanel(replay, (level, sensor) => this.#goTo(level, sensor), () => this.#level);
     const fits = new FitsPanel(replay);
@@ -121,7 +122,7 @@ class ReplayView {
       { label: t('tab_faults'), panel: panel(false, faults.root) },
       { label: t('tab_fits'), panel: panel(false, fits.root) },
     ]);
-    replace(root, about, h('section', { class: 'card stack' }, this.#player.root, this.#map.root, this.#strip.root), parts);
+    replace(root, about, ...damage, h('section', { class: 'card stack' }, this.#player.root, this.#map.root, this.#strip.root), parts);
     this.#player.goTo(0);
   }
 
@@ -163,12 +164,12 @@ function spread(radii: (number | null)[]): (number | null | undefined)[] {
   return Array.from({ length: sensorCount }, (_, sensor) => (sensor % step === 0 ? radii[sensor / step] : undefined));
 }
 
-function timeSide(map: ReplayMap, endS: number): Side {
+function timeSide(map: ReplayMap, whole: Range): Side {
   const hold = holdOf(map.timesS);
   return {
-    whole: { low: 0, high: endS },
+    whole,
     label: t('time_axis'),
-    least: Math.min(endS, 12 * hold),
+    least: Math.min(whole.high - whole.low, 12 * hold),
     cells: map.levels,
     spans: (window, pixels) => timedSpans(map.timesS, window, pixels, hold),
     cellAt: (value) => nearestLevel(map.timesS, value),

@@ -1,4 +1,5 @@
 // What the station tells of an opened recording (docs/console_api.md §12).
+import type { Range } from '../../charts/scale';
 
 export interface ReplayEvent {
   time_ns: number;
@@ -18,6 +19,7 @@ export interface OpenReplay {
   sweeps: number;
   from_ns: number;
   to_ns: number;
+  has_raw_bytes?: boolean;
   sensors: number;
   radius_mm: number;
   events: ReplayEvent[];
@@ -60,6 +62,14 @@ export interface ReplayOutcome {
   faults_passed_over: string[];
   scan_s: number;
   replay_s: number;
+}
+
+/** What there is to see: from the first event to the last, but not more than some seconds beyond the levels. */
+export function wholeTime(replay: OpenReplay, lastLevelS: number): Range {
+  const beyondS = 4;
+  const times = [...replay.events, ...replay.safety].map((one) => secondsOf(replay, one.time_ns)).filter((one) => one > -beyondS && one < lastLevelS + beyondS);
+  const least = lastLevelS > 0 ? lastLevelS : 1;
+  return { low: Math.min(0, ...times), high: Math.max(least, ...times) };
 }
 
 export function secondsOf(replay: OpenReplay, timeNs: number): number {

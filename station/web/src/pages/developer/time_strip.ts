@@ -17,12 +17,12 @@ interface Lane {
 
 type TimedEvent = ReplayEvent & { timeS: number };
 
-export function timeStrip(replay: OpenReplay, endS: number, seek: (timeS: number) => void) {
+export function timeStrip(replay: OpenReplay, whole: Range, seek: (timeS: number) => void) {
   const root = h('div', { class: 'time-strip', role: 'group', 'aria-label': t('events_and_lines') });
   const told = h('p', { class: 'small event-text', role: 'status' }, t('choose_event'));
   const events: TimedEvent[] = replay.events.map((event) => ({ ...event, timeS: secondsOf(replay, event.time_ns) }));
-  const { lanes, still } = lanesOf(replay, endS);
-  let window: Range = { low: 0, high: endS };
+  const { lanes, still } = lanesOf(replay, whole.high);
+  let window: Range = { ...whole };
   let cursorS = 0;
   const draw = () => {
     const width = root.clientWidth;

@@ -103,6 +103,7 @@ export interface RankedFrame {
   rank: number;
   style: string;
   size: string;
+  marking: string;
   score: number;
   why: string;
   design: object;

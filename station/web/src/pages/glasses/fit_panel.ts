@@ -7,7 +7,7 @@ import type { Artefact, Contact, FitReport, Goal } from './api';
 import { activeDesign } from './design';
 import type { Desk } from './desk';
 import { finished } from './jobs';
-import type { Panel } from './shape_panel';
+import { whileOpen, type Panel } from './shape_panel';
 
 export function fitPanel(desk: Desk): Panel {
   const report = h('div', { class: 'stack', 'aria-live': 'polite' });
@@ -20,8 +20,9 @@ export function fitPanel(desk: Desk): Panel {
     if (!fitted) replace(report, h('p', { class: 'muted' }, tGlasses('fit_first')));
     else replace(report, fresh ? null : h('p', { class: 'note warn' }, tGlasses('expired_fit')), ...reportParts(fitted.report));
   };
-  const ends = [desk.bench.watch(show), desk.fitted.watch(show)];
-  return { root: h('div', { class: 'stack' }, run, report, order.root), end: () => ends.forEach((end) => end()) };
+  const root = h('div', { class: 'stack' }, run, report, order.root);
+  const ends = [desk.bench.watch(whileOpen(root, show)), desk.fitted.watch(show)];
+  return { root, show, end: () => ends.forEach((end) => end()) };
 }
 
 async function fitNow(desk: Desk, into: HTMLElement): Promise<void> {

@@ -7,7 +7,7 @@ import { segmented, sliderRow } from './controls';
 import { activeDesign, coatings, withLens, type LensLook } from './design';
 import type { Desk } from './desk';
 import { prescriptionForm } from './prescription_form';
-import type { Panel } from './shape_panel';
+import { whileOpen, type Panel } from './shape_panel';
 
 export function lensPanel(desk: Desk): Panel {
   const change = (key: string, label: string, next: Partial<LensLook>): void =>
@@ -37,10 +37,15 @@ export function lensPanel(desk: Desk): Panel {
     power.root.hidden = prescription !== null;
     tint.set(lens.tint);
   };
-  const end = desk.bench.watch(show);
+  const root = h('div', { class: 'stack' }, through.root, gradient.root, lower.root, power.root, coating.root,
+    h('h3', null, tGlasses('tint')), tint.root, h('h3', null, tGlasses('prescription')), form.root);
+  const end = desk.bench.watch(whileOpen(root, show));
   return {
-    root: h('div', { class: 'stack' }, through.root, gradient.root, lower.root, power.root, coating.root,
-      h('h3', null, tGlasses('tint')), tint.root, h('h3', null, tGlasses('prescription')), form.root),
+    root,
+    show: () => {
+      show();
+      form.show();
+    },
     end: () => {
       end();
       tint.end();

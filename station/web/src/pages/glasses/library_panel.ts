@@ -11,7 +11,7 @@ import type { Panel } from './shape_panel';
 export function libraryPanel(desk: Desk): Panel {
   const list = h('div', { class: 'stack' }, h('p', { class: 'muted' }, tGlasses('library_first')));
   const run = button(tGlasses('library_run'), () => rankNow(desk, list), { kind: 'primary' });
-  return { root: h('div', { class: 'stack' }, run, list), end: () => {} };
+  return { root: h('div', { class: 'stack' }, run, list), show: () => {}, end: () => {} };
 }
 
 async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
@@ -31,14 +31,13 @@ async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
 function rankedRow(desk: Desk, frame: RankedFrame): HTMLElement {
   const style = desk.style(frame.style);
   const name = styleWord(frame.style, style?.name ?? frame.style);
-  const size = style?.sizes.find((one) => one.id === frame.size || one.marking === frame.size);
   const drawing = frameDrawing(style?.values ?? {}, { upper: '#4a3426', lower: '#4a3426', lens: '#c5d3de' }, name);
   const take = button(tGlasses('take'), () => {
-    desk.changeDesign(tGlasses('step_rank', { name }), null, (design) => ({ ...design, style: frame.style, size: size?.id ?? frame.size, fields: {} }));
-  }, { label: `${tGlasses('take')}: ${name} ${size?.marking ?? frame.size}` });
+    desk.changeDesign(tGlasses('step_rank', { name }), null, (design) => ({ ...design, style: frame.style, size: frame.size, fields: {} }));
+  }, { label: `${tGlasses('take')}: ${name} ${frame.marking}` });
   return h('li', { class: 'ranked' },
     h('span', { class: 'rank number' }, frame.rank), drawing,
-    h('div', null, h('strong', null, name), h('span', { class: 'muted' }, ` ${size?.marking ?? frame.size}`),
+    h('div', null, h('strong', null, name), h('span', { class: 'muted' }, ` ${frame.marking}`),
       h('p', { class: 'small' }, `${tGlasses('fit_score', { score: Math.round(frame.score) })}${frame.why ? ` · ${frame.why}` : ''}`)),
     take);
 }

@@ -6,7 +6,7 @@ import { colourPicker } from './colour_picker';
 import { segmented, sliderRow } from './controls';
 import { activeDesign, halfOf, materials, patterns, withHalf, type Half, type HalfLook } from './design';
 import type { Desk } from './desk';
-import type { Panel } from './shape_panel';
+import { whileOpen, type Panel } from './shape_panel';
 
 export function lookPanel(desk: Desk): Panel {
   let half: Half = 'upper';
@@ -43,10 +43,12 @@ export function lookPanel(desk: Desk): Panel {
     scale.set(one.scale);
     scale.root.hidden = one.pattern === 'plain';
   };
-  const end = desk.bench.watch(show);
+  const root = h('div', { class: 'stack' }, same.root, halves.root, picker.root, material.root, pattern.root, scale.root,
+    h('p', { class: 'muted small' }, tGlasses('texture_note')));
+  const end = desk.bench.watch(whileOpen(root, show));
   return {
-    root: h('div', { class: 'stack' }, same.root, halves.root, picker.root, material.root, pattern.root, scale.root,
-      h('p', { class: 'muted small' }, tGlasses('texture_note'))),
+    root,
+    show,
     end: () => {
       end();
       picker.end();

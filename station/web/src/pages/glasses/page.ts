@@ -13,7 +13,7 @@ import { lookPanel } from './look_panel';
 import { picturesOver } from './pictures';
 import type { Prescription } from './prescription';
 import { savedPanel } from './saved_panel';
-import { shapePanel } from './shape_panel';
+import { shapePanel, type Panel } from './shape_panel';
 import { Stage } from './stage';
 import { fillWindow } from './fill_window';
 import './glasses.css';
@@ -54,7 +54,7 @@ function open(root: HTMLElement, desk: Desk): () => void {
   const panels = { shape: shapePanel(desk), look: lookPanel(desk), lenses: lensPanel(desk), library: libraryPanel(desk), fit: fitPanel(desk), saved: savedPanel(desk) };
   const keys = Object.keys(panels) as (keyof typeof panels)[];
   const notes = h('div', { class: 'adjusted', 'aria-live': 'polite' });
-  const side = tabs(tGlasses('designer'), keys.map((key) => ({ label: tGlasses(key === 'saved' ? 'saved' : key), panel: () => panels[key].root })));
+  const side = tabs(tGlasses('designer'), keys.map((key) => ({ label: tGlasses(key === 'saved' ? 'saved' : key), panel: () => opened(panels[key]) })));
   const designer = h('div', { class: 'designer' },
     h('div', { class: 'designer-main' }, h('h1', { class: 'hidden-text', tabindex: -1 }, tGlasses('designer')), toolbar(desk, stage, pictures), stage.root, pictures.root, notes),
     h('aside', { class: 'designer-side', 'aria-label': tGlasses('designer') }, side));
@@ -75,6 +75,11 @@ function open(root: HTMLElement, desk: Desk): () => void {
     stage.end();
     for (const key of keys) panels[key].end();
   };
+}
+
+function opened(panel: Panel): HTMLElement {
+  panel.show();
+  return panel.root;
 }
 
 function toolbar(desk: Desk, stage: Stage, pictures: { here(): void; three(): void }): HTMLElement {

@@ -39,14 +39,17 @@ export function prescriptionForm(desk: Desk): Panel {
   }, { kind: 'primary' });
   const none = button(tGlasses('rx_none'), () => desk.change(tGlasses('rx_none'), null, (bench) => ({ ...bench, prescription: null })));
   let shown: unknown = undefined;
-  const end = desk.bench.watch(({ prescription }) => {
+  const show = (): void => {
+    const { prescription } = desk.bench.value;
     none.disabled = prescription === null;
     if (prescription === shown) return;
     shown = prescription;
     fill(inputs, textOf(prescription, new Date().toISOString().slice(0, 10)));
     replace(findings);
-  });
+  };
+  const end = desk.bench.watch(show);
   return {
+    show,
     root: h('form', { class: 'stack', onsubmit: (event: Event) => event.preventDefault() },
       table,
       h('div', { class: 'two' }, labelled('vertex', tGlasses('rx_vertex', vertexRange)), labelled('date', tGlasses('rx_date_label'), { type: 'date' })),

@@ -6,7 +6,7 @@ import { dateText, tGlasses } from '../../words/glasses';
 import type { SavedDesign } from './api';
 import { activeDesign, lookOfFile, withDesign, type Design } from './design';
 import type { Desk } from './desk';
-import type { Panel } from './shape_panel';
+import { whileOpen, type Panel } from './shape_panel';
 
 export function savedPanel(desk: Desk): Panel {
   const title = field(tGlasses('title'), 'title', { maxlength: 80 });
@@ -31,12 +31,16 @@ export function savedPanel(desk: Desk): Panel {
     const { history } = desk;
     replace(steps, ...history.entries.map((entry, i) =>
       h('li', null, h('button', { type: 'button', class: 'history-step', 'aria-current': i === history.position ? 'step' : null, onclick: () => desk.go(i) }, entry.label))));
-    steps.querySelector('[aria-current]')?.scrollIntoView?.({ block: 'nearest' });
+    steps.querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
   };
-  const end = desk.bench.watch(showSteps);
-  void load();
+  const root = h('div', { class: 'stack' }, h('div', { class: 'save-line' }, title.root, save), list, h('h3', null, tGlasses('history')), steps);
+  const end = desk.bench.watch(whileOpen(root, showSteps));
   return {
-    root: h('div', { class: 'stack' }, h('div', { class: 'save-line' }, title.root, save), list, h('h3', null, tGlasses('history')), steps),
+    root,
+    show: () => {
+      showSteps();
+      void load();
+    },
     end,
   };
 }

@@ -11,8 +11,17 @@ import { drawingBox, frameDrawing } from './frame_drawing';
 
 export interface Panel {
   root: HTMLElement;
+  /** Brings it up to date: called when it is opened. While it is closed it costs nothing. */
+  show(): void;
   /** Ends what the panel watches. */
   end(): void;
+}
+
+/** `show`, as a watcher that does nothing while the panel is closed. */
+export function whileOpen(root: HTMLElement, show: () => void): () => void {
+  return () => {
+    if (root.isConnected) show();
+  };
 }
 
 export function shapePanel(desk: Desk): Panel {
@@ -36,11 +45,13 @@ export function shapePanel(desk: Desk): Panel {
     const colours = { upper: hexOf(halfOf(design.look, 'upper').colour.base), lower: hexOf(halfOf(design.look, 'lower').colour.base), lens: hexOf(design.look.lens.tint.base) };
     replace(drawing, frameDrawing(values, colours, tGlasses('drawing_label')));
   };
-  const ends = [desk.bench.watch(show), desk.notes.watch(show)];
+  const root = h('div', { class: 'stack' }, drawing, h('div', { class: 'two' }, style.root, sizes),
+    ...[...sliders.values()].map((row) => row.root), asStyle,
+    h('details', { class: 'more' }, h('summary', null, tGlasses('more_shape')), details.root));
+  const ends = [desk.bench.watch(whileOpen(root, show)), desk.notes.watch(whileOpen(root, show))];
   return {
-    root: h('div', { class: 'stack' }, drawing, h('div', { class: 'two' }, style.root, sizes),
-      ...[...sliders.values()].map((row) => row.root), asStyle,
-      h('details', { class: 'more' }, h('summary', null, tGlasses('more_shape')), details.root)),
+    root,
+    show,
     end: () => ends.forEach((end) => end()),
   };
 }

@@ -80,7 +80,8 @@ export interface Landmark {
   z_mm: number | null;
   theta_deg: number | null;
   sigma_mm: number | null;
-  source: string;
+  /** Null if it was not found. */
+  source: string | null;
   found: boolean;
 }
 
@@ -91,6 +92,7 @@ export interface Measurement {
   definition: string;
   landmarks: string[];
   curve?: Vec3[] | null;
+  curves?: Vec3[][];
   [key: string]: unknown;
 }
 
@@ -110,6 +112,11 @@ export interface Difference {
 export interface Comparison {
   differences: Difference[];
   not_comparable: string[];
+}
+
+/** All lines of a measurement on the body. */
+export function curvesOf(line: Measurement | undefined): Vec3[][] {
+  return line?.curves ?? (line?.curve ? [line.curve] : []);
 }
 
 const units = ['mm', 'mm2', 'mm3', 'deg'] as const;
@@ -176,7 +183,8 @@ export class MeasureApi {
     return (await get<{ landmarks: Landmark[] }>(`${this.#scan}/landmarks`)).landmarks;
   }
 
-  async setLandmark(id: string, place: Place): Promise<Landmark[]> {
+  /** A level has no angle: only its height is taken. */
+  async setLandmark(id: string, place: { theta_deg?: number; z_mm: number }): Promise<Landmark[]> {
     return (await post<{ landmarks: Landmark[] }>(`${this.#scan}/landmarks`, { set: [{ id, ...place }] })).landmarks;
   }
 

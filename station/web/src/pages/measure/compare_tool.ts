@@ -4,7 +4,7 @@ import { choice, table, type Column } from '../../core/ui';
 import { dateText } from '../../words/glasses';
 import { tMeasure } from '../../words/measure';
 import { Viewer } from '../../view3d/viewer';
-import { MeasureApi, numberOf, type Comparison, type Difference, type Measurement, type Visit } from './api';
+import { curvesOf, MeasureApi, numberOf, type Comparison, type Difference, type Measurement, type Visit } from './api';
 import { changeText, sd95, valueText } from './numbers';
 import { lineColours, Results, type Bench, type Tool } from './tool';
 
@@ -86,7 +86,9 @@ function linked(a: Viewer, b: Viewer): () => void {
 }
 
 function showCurve(viewer: Viewer, lines: readonly Measurement[], id: string): void {
-  viewer.setLine('compare.curve', lines.find((line) => line.id === id)?.curve ?? null, { colour: lineColours.second, width_px: 4, through: true });
+  viewer.clear('compare.');
+  const curves = curvesOf(lines.find((line) => line.id === id));
+  curves.forEach((curve, i) => viewer.setLine(`compare.curve${i}`, curve, { colour: lineColours.second, width_px: 4, through: true }));
 }
 
 /** The table, what cannot be compared, and what the words mean. */

@@ -2,7 +2,7 @@
 import { h, replace } from '../../core/dom';
 import { button } from '../../core/ui';
 import { tMeasure, landmarkWord } from '../../words/measure';
-import { numberOf, type Landmark, type Measurement, type Place } from './api';
+import { curvesOf, numberOf, type Landmark, type Measurement } from './api';
 import { changeText, intervalText, valueText } from './numbers';
 import { onSurfaceTap, SurfaceCursor } from './surface_cursor';
 import { lineColours, Results, type Bench, type Tool } from './tool';
@@ -62,13 +62,14 @@ class LandmarkWork {
   async #confirmed(id: string, x: number, y: number): Promise<void> {
     try {
       const point = await this.bench.api.pick(this.bench.viewer.rayAt(x, y));
-      if (point) await this.#move(id, { theta_deg: point.theta_deg, z_mm: point.z_mm });
+      const level = this.#landmarks.find((one) => one.id === id)?.kind === 'level';
+      if (point) await this.#move(id, level ? { z_mm: point.z_mm } : { theta_deg: point.theta_deg, z_mm: point.z_mm });
     } catch (error) {
       this.#state.fail(error);
     }
   }
 
-  #move(id: string, place: Place): Promise<void> {
+  #move(id: string, place: { theta_deg?: number; z_mm: number }): Promise<void> {
     return this.#apply(() => this.bench.api.setLandmark(id, place));
   }
 
@@ -151,7 +152,9 @@ class LandmarkWork {
   }
 
   #showCurve(line: Measurement): void {
-    this.bench.viewer.setLine('landmark.curve', line.curve ?? null, { colour: lineColours.second, width_px: 4, through: true });
+    const { viewer } = this.bench;
+    viewer.clear('landmark.curve');
+    curvesOf(line).forEach((curve, i) => viewer.setLine(`landmark.curve${i}`, curve, { colour: lineColours.second, width_px: 4, through: true }));
   }
 }
 
@@ -162,6 +165,6 @@ function valuesOf(lines: readonly Measurement[]): Map<string, number> {
   }));
 }
 
-function sourceWord(source: string): 'detected' | 'proportion' | 'given' {
+function sourceWord(source: string | null): 'detected' | 'proportion' | 'given' {
   return source === 'given' || source === 'proportion' ? source : 'detected';
 }

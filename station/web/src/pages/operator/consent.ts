@@ -36,7 +36,7 @@ async function show(frame: StepFrame): Promise<void> {
     ]);
     const standing = standingConsent(record.consents, kNeeded);
     const old = standing && standing.text_version === text.version ? standing : null;
-    replace(frame.content, old ? oldConsent(old, text) : null, consentForm(customer.id, text, old !== null));
+    replace(frame.content, old ? oldConsent(old, text) : null, consentForm(frame, customer.id, text, old !== null));
   } catch (error) {
     replace(frame.content, failurePanel(error, () => void show(frame)));
   }
@@ -57,7 +57,7 @@ function oldConsent(consent: Consent, text: ConsentText): HTMLElement {
   );
 }
 
-function consentForm(customerId: string, text: ConsentText, haveOld: boolean): HTMLElement {
+function consentForm(frame: StepFrame, customerId: string, text: ConsentText, haveOld: boolean): HTMLElement {
   const chosen = new Set<Purpose>([kNeeded]);
   const agreed = check(t('consent_agreed'), false, () => allow());
   const sign = button(
@@ -80,12 +80,12 @@ function consentForm(customerId: string, text: ConsentText, haveOld: boolean): H
     box.input.disabled = one.id === kNeeded;
     return box.root;
   };
+  replace(frame.actions, sign);
   return h(
     'div',
     { class: 'card stack' },
     h('div', { lang: text.language, class: 'consent-text' }, h('h2', null, text.title), ...text.paragraphs.map((paragraph) => h('p', null, paragraph))),
     h('fieldset', { class: 'purposes' }, h('legend', null, t('consent_purposes')), ...text.purposes.map(purpose)),
     agreed.root,
-    h('div', { class: 'row end' }, sign),
   );
 }

@@ -3,19 +3,9 @@ import { get } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, table } from '../../core/ui';
 import { t } from '../../words/technician';
+import { type AuditLine, matching } from './audit_filter';
 import { badge, pageOf, timeText } from './page_parts';
 import './technician.css';
-
-interface AuditLine {
-  number: number;
-  time_ms: number;
-  user: string;
-  origin: string;
-  action: string;
-  subject: string;
-  result: string;
-  hash: string;
-}
 
 interface AuditPart {
   lines: AuditLine[];
@@ -23,48 +13,45 @@ interface AuditPart {
   first_bad: number | null;
 }
 
-const atATime = 200;
+const atATime = 1000;
 
 export const auditPage = {
   mount(root: HTMLElement): () => void {
     const verdict = h('div', { 'aria-live': 'polite' });
     const list = h('div', null);
     const search = field(t('audit_search'), 'search', { hint: t('audit_search_hint') });
-    const more = button(t('older'), () => load(), { disabled: true });
+    const more = button(t('older'), () => load(true));
+    more.hidden = true;
     const lines: AuditLine[] = [];
     const draw = () => replace(list, drawn(matching(lines, search.value)));
 
-    async function load(): Promise<void> {
+    /** What is newest first; then, as far as there is more, the lines after it or (`older`) before it. */
+    async function load(older = false): Promise<void> {
       try {
-        const oldest = lines.at(-1)?.number;
-        const from = oldest === undefined ? '' : `&from=${Math.max(0, oldest - atATime)}`;
-        const part = await get<AuditPart>(`/api/audit?limit=${atATime}${from}`);
-        replace(verdict, verdictOf(part));
         const known = new Set(lines.map((line) => line.number));
-        lines.push(...part.lines.filter((line) => !known.has(line.number)));
+        const take = async (from: number | null): Promise<AuditLine[]> => {
+          const part = await get<AuditPart>(`/api/audit?limit=${atATime}${from === null ? '' : `&from=${from}`}`);
+          replace(verdict, verdictOf(part));
+          const fresh = part.lines.filter((line) => !known.has(line.number));
+          for (const line of fresh) known.add(line.number);
+          lines.push(...fresh);
+          return part.lines.length < atATime ? [] : fresh;
+        };
+        let fresh = await take(older ? Math.max(1, Math.min(...known) - atATime) : null);
+        while (!older && fresh.length > 0) fresh = await take(Math.max(...known) + 1);
         lines.sort((a, b) => b.number - a.number);
-        more.hidden = lines.length === 0 || lines.at(-1)!.number <= 1;
-        more.disabled = more.hidden;
+        more.hidden = (lines.at(-1)?.number ?? 1) <= 1;
         draw();
       } catch (error) {
-        replace(verdict, failurePanel(error, () => void load()));
+        replace(verdict, failurePanel(error, () => void load(older)));
       }
     }
     search.input.addEventListener('input', draw);
     pageOf(root, t('audit_title'), h('p', null, t('audit_explain')), verdict, search.root, list, h('p', { class: 'row' }, more));
-    void load().finally(() => (more.disabled = more.hidden));
+    void load();
     return () => {};
   },
 };
-
-/** Lines that hold every word that was typed, in any of their columns. */
-export function matching(lines: readonly AuditLine[], typed: string): AuditLine[] {
-  const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
-  return lines.filter((line) => {
-    const text = [line.number, line.user, line.origin, line.action, line.subject, line.result].join(' ').toLowerCase();
-    return words.every((word) => text.includes(word));
-  });
-}
 
 function verdictOf(part: AuditPart): HTMLElement {
   if (part.verified) return h('p', { class: 'note good' }, `✓ ${t('chain_verified')}`);
@@ -72,7 +59,7 @@ function verdictOf(part: AuditPart): HTMLElement {
 }
 
 function drawn(lines: readonly AuditLine[]): HTMLElement {
-  const refused = (result: string) => result !== 'ok' && !result.startsWith('2');
+  const bad = (line: AuditLine) => line.action === 'refused' || /^(failed|refused|[45]\d\d)/.test(line.result);
   return table(
     t('audit_count', { n: lines.length }),
     [
@@ -82,7 +69,7 @@ function drawn(lines: readonly AuditLine[]): HTMLElement {
       { head: t('origin'), cell: (line) => line.origin },
       { head: t('action'), cell: (line) => line.action },
       { head: t('subject'), cell: (line) => line.subject },
-      { head: t('result'), cell: (line) => badge(line.result, refused(line.result) ? 'bad' : '') },
+      { head: t('result'), cell: (line) => badge(bad(line) ? `▲ ${line.result}` : line.result, bad(line) ? 'bad' : '') },
       { head: t('hash'), cell: (line) => h('code', { title: line.hash }, line.hash.slice(0, 10)) },
     ],
     lines,

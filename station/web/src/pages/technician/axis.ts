@@ -60,8 +60,9 @@ class AxisPageView {
     this.ends.add(connected.watch((yes) => !yes && this.#hold.release()));
     this.ends.add(booth.watch(() => this.#draw()));
     this.ends.add(
-      on('jog_refused', (message) => {
-        this.#refused = [message['seen'], message['advice']].filter(Boolean).join(' — ');
+      on('error', (message) => {
+        const { seen, advice } = (message['error'] ?? {}) as { seen?: string; advice?: string };
+        this.#refused = [seen, advice].filter(Boolean).join(' — ');
         this.#drawJog();
       }),
     );
@@ -94,7 +95,7 @@ class AxisPageView {
     const moves = booth.value.status?.state === 'JOG';
     const late = !moves && Date.now() - this.#heldSinceMs > 800;
     const running = t(this.#hold.direction === 'up' ? 'jog_up_now' : 'jog_down_now');
-    replace(this.#jogLine, moves ? badge(running, 'warn') : late ? t('jog_does_not_move') : t('jog_asked'));
+    replace(this.#jogLine, moves ? badge(running, 'warn') : this.#refused || t(late ? 'jog_does_not_move' : 'jog_asked'));
   }
 }
 

@@ -27,6 +27,7 @@ export function resultCard(result: CalibrationResult, orders: Orders): HTMLEleme
     unobservable && unobservable.length > 0 ? h('details', null, h('summary', null, t('cannot_be_known')), jsonView(unobservable)) : null,
     certificate ? certificateOf(certificate) : null,
     Object.keys(rest).length > 0 ? h('details', null, h('summary', null, t('all_values')), jsonView(rest)) : null,
+    h('p', null, h('a', { class: 'button', href: '/api/calibration/report/run', target: '_blank', rel: 'noopener' }, t('report_pdf'))),
     h('div', { class: 'row' }, button(t('accept'), () => orders.accept(), { kind: 'primary', large: true, disabled: !passed }), button(t('abandon'), () => orders.abandon(), { kind: 'danger' })),
   );
 }

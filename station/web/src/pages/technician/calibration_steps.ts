@@ -24,7 +24,7 @@ export class CalibrationSteps {
   readonly #knowledge = plot({
     label: t('knowledge_label'),
     xLabel: t('step'),
-    yLabel: t('sigma_mm'),
+    yLabel: t('common_mm'),
     xWhole: true,
     yAtLeast: [0, 0.3],
     height: 230,

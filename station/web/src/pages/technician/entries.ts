@@ -24,5 +24,5 @@ export const technicianEntries: PageEntry[] = [
   { path: '/technician/recordings', roles: ['technician'], title: () => t('recordings'), load: async () => (await import('./recordings')).recordingsPage },
   { path: '/developer', roles: ['technician'], title: () => t('replay'), load: async () => (await import('../developer/choose')).choosePage },
   { path: '/developer/replay/:scan', roles: ['technician'], title: null, load: async () => (await import('../developer/replay')).replayPage },
-  { path: '/technician/audit', roles: ['technician', 'admin'], title: () => t('audit'), load: async () => (await import('./audit')).auditPage },
+  { path: '/technician/audit', roles: ['technician'], title: () => t('audit'), load: async () => (await import('./audit')).auditPage },
 ];

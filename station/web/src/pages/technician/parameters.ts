@@ -4,20 +4,8 @@ import { h, replace } from '../../core/dom';
 import { button, field, newId, table } from '../../core/ui';
 import { t } from '../../words/technician';
 import { badge, card, loadInto, pageOf } from './page_parts';
+import { type ConfigKey, matchingKeys, type Parameters, valueText } from './parameter_filter';
 import './technician.css';
-
-interface ConfigKey {
-  key: string;
-  value: unknown;
-  source: string;
-  line?: number | null;
-}
-
-interface Parameters {
-  path: string;
-  text: string;
-  sections: { name: string; values: ConfigKey[] }[];
-}
 
 interface CheckAnswer {
   ok: boolean;
@@ -40,17 +28,6 @@ function drawn(parameters: Parameters): Node[] {
   search.input.addEventListener('input', draw);
   draw();
   return [h('p', null, t('file'), ' ', h('code', null, parameters.path)), h('div', { class: 'parameters-layout' }, h('div', { class: 'stack' }, search.root, list), editor(parameters))];
-}
-
-export function matchingKeys(sections: Parameters['sections'], typed: string): Parameters['sections'] {
-  const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
-  return sections
-    .map(({ name, values }) => ({ name, values: values.filter((one) => words.every((word) => `[${name}] ${one.key} ${valueText(one.value)}`.toLowerCase().includes(word))) }))
-    .filter((section) => section.values.length > 0);
-}
-
-function valueText(value: unknown): string {
-  return typeof value === 'string' ? value : JSON.stringify(value);
 }
 
 function sectionTables(parameters: Parameters, typed: string): Node[] {

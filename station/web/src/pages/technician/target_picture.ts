@@ -88,7 +88,7 @@ function cross(at: { x: number; y: number }): SVGElement {
 
 /** Seen across the lean: its top goes to the right. The lean is drawn three times as large as it is. */
 function fromSide(place: TargetPlace): SVGElement {
-  const foot = { x: size / 4, y: size - 46 };
+  const foot = { x: place.tilt_deg > 0 ? size / 7 : size / 4, y: size - 46 };
   const height = 210;
   const half = Math.max(9, Math.min(36, place.radius_mm / 4));
   const angle = Math.min(40, place.tilt_deg * 3);
@@ -102,6 +102,6 @@ function fromSide(place: TargetPlace): SVGElement {
     svg('line', { x1: 8, x2: size / 2 - 8, y1: foot.y, y2: foot.y, class: 'floor-line' }),
     svg('line', { x1: foot.x, x2: foot.x, y1: foot.y, y2: foot.y - height - 26, class: 'plumb' }),
     svg('g', { transform: `rotate(${angle} ${foot.x} ${foot.y})` }, body),
-    svg('text', { x: foot.x, y: foot.y + 22, class: 'direction' }, place.tilt_deg > 0 ? `${place.tilt_deg.toFixed(0)}° → ${place.tilt_to_deg.toFixed(0)}°` : t('upright')),
+    svg('text', { x: size / 4, y: foot.y + 26, class: 'direction' }, place.tilt_deg > 0 ? `${place.tilt_deg.toFixed(0)}° → ${place.tilt_to_deg.toFixed(0)}°` : t('upright')),
   );
 }

@@ -27,6 +27,15 @@ export function placementText(place: TargetPlace): string {
   return parts.join(t('separator'));
 }
 
+/** What a target's description says of it: "cylinder:radius_mm=150,u_mm=0.02". */
+export function targetName(spec: string): string {
+  const [kind = '', values = ''] = spec.split(':');
+  const of = new Map(values.split(',').map((one) => one.split('=') as [string, string]));
+  const serial = of.get('serial');
+  const name = of.has('radius_mm') ? t('target_name_round', { kind: kindText(kind), radius: of.get('radius_mm')!, u: of.get('u_mm') ?? '–' }) : kindText(kind);
+  return serial ? `${name} (${serial})` : name;
+}
+
 function kindText(kind: string): string {
   if (kind === 'cylinder') return t('kind_cylinder');
   if (kind === 'sphere') return t('kind_sphere');

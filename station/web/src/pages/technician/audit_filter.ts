@@ -1,0 +1,21 @@
+// Lines of the audit, and which of them somebody looks for.
+
+export interface AuditLine {
+  number: number;
+  time_ms: number;
+  user: string;
+  origin: string;
+  action: string;
+  subject: string;
+  result: string;
+  hash: string;
+}
+
+/** Lines that hold every word that was typed, in any of their columns. */
+export function matching(lines: readonly AuditLine[], typed: string): AuditLine[] {
+  const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
+  return lines.filter((line) => {
+    const text = [line.number, line.user, line.origin, line.action, line.subject, line.result].join(' ').toLowerCase();
+    return words.every((word) => text.includes(word));
+  });
+}

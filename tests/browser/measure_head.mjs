@@ -1,0 +1,81 @@
+// A station with a head in its store: scanned on the simulated booth, imported twice (two visits), fitted and released.
+import { execFile } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { dirname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
+import { ask, expectEqual, logIn, openProfile, seconds, startConsole, until } from './harness.mjs';
+
+const root = resolve(dirname(fileURLToPath(import.meta.url)), '../..');
+const program = process.env.ANNULUS_PROGRAM ?? join(root, 'build/release/annulus');
+
+/** A head takes this long to be fitted on a machine that does nothing else. */
+const kFit_s = 120;
+
+/** Answers {station, customer, scan, earlier}: ids of the newer and the older visit. */
+export async function stationWithHead(browser) {
+  const station = await startConsole();
+  try {
+    const profile = await openProfile(browser, station.url);
+    const page = await profile.open();
+    await logIn(page, 'operator');
+    const recording = join(station.folder, '..', 'head.mcap');
+    await promisify(execFile)(program, ['scan', '--config', 'sim', '--profile', 'head', '--out', recording], { timeout: seconds(180) });
+    const customer = await made(page, '/api/customers', { name: 'Ada Example' });
+    const text = (await ask(page, 'GET', '/api/consent-text?language=en')).body;
+    const consent = await made(page, `/api/customers/${customer.id}/consents`, { purposes: ['measure', 'glasses'], text_version: text.version, language: 'en', agreed: true });
+    const bytes = readFileSync(recording);
+    const scans = [];
+    for (let visit = 0; visit < 2; ++visit) scans.push(await importScan(page, bytes, customer.id, consent.id));
+    await profile.close();
+    return { station, customer: customer.id, scan: scans[1], earlier: scans[0] };
+  } catch (error) {
+    await station.stop();
+    throw error;
+  }
+}
+
+async function made(page, path, body) {
+  const answer = await ask(page, 'POST', path, body);
+  expectEqual(answer.status, 200, `POST ${path}: ${JSON.stringify(answer.body)}`);
+  return answer.body;
+}
+
+/** The recording as a visit of the customer, with its model, released. Answers the scan's id. */
+async function importScan(page, bytes, customer, consent) {
+  const job = await page.evaluate(async ([text, where]) => {
+    const { csrf } = await (await fetch('/api/session')).json();
+    const body = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    return (await fetch(where, { method: 'POST', headers: { 'Content-Type': 'application/octet-stream', 'X-CSRF-Token': csrf }, body })).json();
+  }, [bytes.toString('base64'), `/api/scans/import?customer_id=${customer}&consent_id=${consent}`]);
+  const done = await until('the import is done', async () => {
+    const { body } = await ask(page, 'GET', `/api/jobs/${job.id}`);
+    if (body.state === 'failed') throw new Error(`the import failed: ${JSON.stringify(body.error)}`);
+    return body.state === 'done' ? body : null;
+  }, 60);
+  const { id } = done.result.scan;
+  await until('there is a model', async () => (await ask(page, 'GET', `/api/scans/${id}`)).body.model, kFit_s);
+  await made(page, `/api/scans/${id}/release`, {});
+  return id;
+}
+
+/** An operator's page at `path`, for one test; nothing may have left the machine, and no script may have failed. */
+export async function withPage(browser, common, path, look, run) {
+  const profile = await openProfile(browser, common.station.url, { viewport: { width: 1280, height: 800 }, ...look });
+  try {
+    const page = await profile.open();
+    await logIn(page, 'operator');
+    await page.evaluate((to) => (location.hash = `#${to}`), path);
+    await page.locator('.view3d canvas').first().waitFor();
+    await run(page, profile);
+    expectEqual(profile.foreign, [], 'requests to other machines');
+    expectEqual(profile.complaints, [], 'complaints of the page');
+  } finally {
+    await profile.close();
+  }
+}
+
+/** How many pictures a viewer has drawn. */
+export function drawn(page, which = 0) {
+  return page.locator('.view3d canvas').nth(which).evaluate((canvas) => Number(canvas.dataset.drawn ?? 0));
+}
