@@ -81,9 +81,9 @@ class RouteConsole {
         jobs(*scratch),
         context{config, "sim", store, booth, live, jobs, models, *scratch, storage, clock} {
     AddGlassesRoutes(table, context);
-    // AddTechnicianRoutes(table, context);
-    // AddCalibrationRoutes(table, context);
-    // AddReplayRoutes(table, context);
+    AddTechnicianRoutes(table, context);
+    AddCalibrationRoutes(table, context);
+    AddReplayRoutes(table, context);
   }
 
   /// `target`: a path, with a query if need be.
