@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -230,11 +231,12 @@ ApiResult GlassesJobs::Picture(const ApiRequest& request) {
                          {"glasses", "fit", folder->File("model.json"), "--frame", folder->File("frame.json"), "--out",
                           folder->File("worn.json"), "--json", "-"}});
   }
-  std::vector<std::string> arguments{"render",        folder->File("model.json"),
-                                     "--look",        folder->File("look.json"),
-                                     "--out",         folder->File("picture.png"),
-                                     "--progressive", folder->File("so-far.png"),
-                                     "--json",        "-"};
+  std::vector<std::string> arguments{"render", folder->File("model.json"),  "--look", folder->File("look.json"),
+                                     "--out",  folder->File("picture.png"), "--json", "-"};
+  // Only a traced picture gets better as one looks; the other is there at once.
+  const bool traced = std::find(picture->begin(), picture->end(), "trace") != picture->end();
+  const std::string so_far = folder->File(traced ? "so-far.png" : "picture.png");
+  if (traced) arguments.insert(arguments.end(), {"--progressive", so_far});
   if (!worn_text.empty()) arguments.insert(arguments.end(), {"--worn", folder->File("worn.json")});
   arguments.insert(arguments.end(), picture->begin(), picture->end());
   job.steps.push_back({"draw the picture", arguments});
@@ -250,7 +252,6 @@ ApiResult GlassesJobs::Picture(const ApiRequest& request) {
     if (!kept) return Fail(kept);
     return Json{{"picture", ArtefactJson(*kept)}};
   };
-  const std::string so_far = folder->File("so-far.png");
   const std::string id = folder->Start(std::move(job));
   NotePicture(id, so_far);
   return JobAnswer(context_.jobs, id);
