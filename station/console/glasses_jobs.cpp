@@ -210,41 +210,44 @@ ApiResult GlassesJobs::Picture(const ApiRequest& request) {
   if (!look) return tl::unexpected(look.error());
   const auto picture = PictureArguments(request.body);
   if (!picture) return tl::unexpected(picture.error());
-  std::optional<ComposedDesign> composed;
+  std::string frame;
   if (!Has(request.body, "worn") && Has(request.body, "design")) {
-    auto design = ComposedIn(request.body);
-    if (!design) return tl::unexpected(design.error());
-    composed = std::move(*design);
+    const auto composed = ComposedIn(request.body);
+    if (!composed) return tl::unexpected(composed.error());
+    frame = FrameToJson(composed->file);
   }
   auto folder = FolderWithModel(context_, ScanIn(request));
   if (!folder) return tl::unexpected(folder.error());
   const auto worn = PutWorn(context_, request, *folder);
   if (!worn) return tl::unexpected(worn.error());
-  const std::string look_text = LookToJson(*look);
-  if (const Status put = folder->PutText("look.json", look_text); !put) return Away(put.error());
+  const PictureOrder order{*worn ? request.body.at("worn").get<std::string>() : frame, frame, LookToJson(*look),
+                           *picture};
+  return StartPicture(request, order, std::move(*folder));
+}
+
+ApiResult GlassesJobs::StartPicture(const ApiRequest& request, const PictureOrder& order, JobFolder folder) {
+  if (const Status put = folder.PutText("look.json", order.look); !put) return Away(put.error());
   JobRequest job = NewJob(request, "glasses_picture");
-  std::string worn_text = *worn ? request.body.at("worn").get<std::string>() : "";
-  if (composed) {
-    worn_text = FrameToJson(composed->file);
-    if (const Status put = folder->PutText("frame.json", worn_text); !put) return Away(put.error());
+  if (!order.frame.empty()) {
+    if (const Status put = folder.PutText("frame.json", order.frame); !put) return Away(put.error());
     job.steps.push_back({"fit the glasses",
-                         {"glasses", "fit", folder->File("model.json"), "--frame", folder->File("frame.json"), "--out",
-                          folder->File("worn.json"), "--json", "-"}});
+                         {"glasses", "fit", folder.File("model.json"), "--frame", folder.File("frame.json"), "--out",
+                          folder.File("worn.json"), "--json", "-"}});
   }
-  std::vector<std::string> arguments{"render", folder->File("model.json"),  "--look", folder->File("look.json"),
-                                     "--out",  folder->File("picture.png"), "--json", "-"};
-  // Only a traced picture gets better as one looks; the other is there at once.
-  const bool traced = std::find(picture->begin(), picture->end(), "trace") != picture->end();
-  const std::string so_far = folder->File(traced ? "so-far.png" : "picture.png");
+  const std::string file = folder.File("picture.png");
+  const std::string so_far = folder.File("so-far.png");
+  std::vector<std::string> arguments{
+      "render", folder.File("model.json"), "--look", folder.File("look.json"), "--out", file, "--json", "-"};
+  if (!order.glasses.empty()) arguments.insert(arguments.end(), {"--worn", folder.File("worn.json")});
+  arguments.insert(arguments.end(), order.arguments.begin(), order.arguments.end());
+  // The z-buffer makes its picture at once: there is nothing that gets better.
+  const bool traced = std::find(arguments.begin(), arguments.end(), "trace") != arguments.end();
   if (traced) arguments.insert(arguments.end(), {"--progressive", so_far});
-  if (!worn_text.empty()) arguments.insert(arguments.end(), {"--worn", folder->File("worn.json")});
-  arguments.insert(arguments.end(), picture->begin(), picture->end());
   job.steps.push_back({"draw the picture", arguments});
   job.limit = std::chrono::seconds(1800);
-  std::string all = worn_text + look_text;
-  for (const std::string& argument : *picture) all += argument;
-  job.finish = [this, name = "picture-" + Tag(all) + ".png", file = folder->File("picture.png"),
-                scan = ScanIn(request)]() -> Result<Json> {
+  std::string all = order.glasses + order.look;
+  for (const std::string& argument : order.arguments) all += argument;
+  job.finish = [this, name = "picture-" + Tag(all) + ".png", file, scan = ScanIn(request)]() -> Result<Json> {
     Artefact what;
     what.kind = "picture";
     what.name = name;
@@ -252,7 +255,7 @@ ApiResult GlassesJobs::Picture(const ApiRequest& request) {
     if (!kept) return Fail(kept);
     return Json{{"picture", ArtefactJson(*kept)}};
   };
-  const std::string id = folder->Start(std::move(job));
+  const std::string id = folder.Start(std::move(job));
   NotePicture(id, so_far);
   return JobAnswer(context_.jobs, id);
 }

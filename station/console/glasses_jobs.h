@@ -3,8 +3,10 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "station/console/console_context.h"
+#include "station/console/job_folder.h"
 #include "station/console/route.h"
 
 namespace annulus {
@@ -23,6 +25,13 @@ class GlassesJobs {
   ApiResult PictureSoFar(const ApiRequest& request);
 
  private:
+  struct PictureOrder {
+    std::string glasses;                 ///< Worn artefact's id, or the design; "": none are worn.
+    std::string frame;                   ///< FRAME.json of a design that is to be fitted first; "": none.
+    std::string look;                    ///< LOOK.json
+    std::vector<std::string> arguments;  ///< Of `annulus render`: view, size, method, light.
+  };
+  ApiResult StartPicture(const ApiRequest& request, const PictureOrder& order, JobFolder folder);
   void NotePicture(const std::string& job_id, const std::string& file);
 
   ConsoleContext& context_;

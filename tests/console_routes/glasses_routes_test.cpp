@@ -70,7 +70,10 @@ TEST_F(GlassesRoutes, PreviewSitsOnTheFaceWithinItsTriangles) {
   ASSERT_EQ(mesh.parts.size(), 4U);
   EXPECT_EQ(mesh.parts[0].kind, 1U);
   EXPECT_EQ(mesh.parts[2].kind, 2U);
-  // Each lens is before the eye that the simulated head has on that side: 9 … 25 mm away, at its height.
+  // Each lens is before the eye that the simulated head has on that side, at its height, as far from the middle of the
+  // face as the boxing system says of this size.
+  const SoldSize& size = *BuiltInFrameLibrary().Find("wellington").value()->Size("medium");
+  const double middle_of_eyes = 0.5 * (Head().face().right_eye.x() + Head().face().left_eye.x());
   for (std::size_t side = 0; side < 2; ++side) {
     const auto& part = mesh.parts[2 + side];
     Eigen::AlignedBox3d box;
@@ -81,7 +84,8 @@ TEST_F(GlassesRoutes, PreviewSitsOnTheFaceWithinItsTriangles) {
     }
     const Eigen::Vector3d middle = box.center();
     const Eigen::Vector3d eye = side == 0 ? Head().face().right_eye : Head().face().left_eye;
-    EXPECT_NEAR(middle.x(), eye.x(), 6.0);
+    EXPECT_NEAR(std::abs(middle.x() - middle_of_eyes), 0.5 * (size.a + size.dbl), 3.0);
+    EXPECT_EQ(middle.x() > 0.0, eye.x() > 0.0);
     EXPECT_NEAR(middle.z(), eye.z(), 8.0);
     EXPECT_GT(middle.y() - eye.y(), 5.0);
     EXPECT_LT(middle.y() - eye.y(), 30.0);

@@ -126,7 +126,8 @@ TEST_F(TechnicianRoutes, RecordingsAreListedInspectedAndRecovered) {
   const std::vector<std::byte> whole = test::BeltRecording();
   console.store.AddRecorded("belt", whole);
   // The end is torn off, as a power cut does it.
-  console.store.AddRecorded("belt", {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2)});
+  console.store.AddRecorded("belt",
+                            {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(9 * whole.size() / 10)});
   console.store.AddRecorded("belt", {});
   const auto listed = console.Ask("GET", "/api/technician/recordings");
   ASSERT_EQ(listed.json["recordings"].size(), 3U);
