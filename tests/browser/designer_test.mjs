@@ -16,8 +16,6 @@ const height = (page) => page.locator('input[type=range]').nth(6);
 const heightNumber = (page) => page.locator('.slider-number').nth(6);
 const previews = (page) => page.evaluate(() => performance.getEntriesByType('resource').filter((entry) => entry.name.includes('/glasses/preview')).length);
 
-/** Frames per second that software rendering must reach; less by as much as the machine does other work. */
-
 /** Presses an arrow on a slider. */
 async function nudge(slider, times) {
   await slider.focus();

@@ -1,5 +1,5 @@
 // The frame around every page: log in, STOP, languages, colours, what a page may ask for.
-import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, seconds, startConsole, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
 
 export const begin = () => startConsole();
 export const end = (station) => station.stop();
