@@ -158,7 +158,12 @@ class LinkThread final : public BoothLink {
     if (!client) {
       hello.control = false;
       auto viewer = BoothClient::Connect(socket_, hello, kConnectWithin / 4);
-      if (viewer) client = std::move(viewer);
+      const bool controlled = viewer && viewer->status().controlled;
+      if (controlled) client = std::move(viewer);
+    }
+    if (!client) {  // boothd has only come up between the two: nobody has control
+      hello.control = true;
+      client = BoothClient::Connect(socket_, hello, kConnectWithin / 4);
     }
     if (client) {
       if (const Status subscribed = client->Ask(SubscribeOrder{1, 1}, kConnectWithin); !subscribed) {

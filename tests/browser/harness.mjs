@@ -105,7 +105,7 @@ export async function logIn(page, user) {
   await page.getByRole('textbox', { name: /^(Name|ユーザー名)/ }).fill(user);
   await page.locator('input[name=password]').fill(passwords[user]);
   await page.locator('input[name=password]').press('Enter');
-  await page.locator('input[name=password]').waitFor({ state: 'detached' });
+  await page.locator('input[autocomplete=current-password]').waitFor({ state: 'detached' });
 }
 
 /** A request of the page's own session, as the page would send it. Answers {status, body}. */

@@ -136,7 +136,7 @@ test('of two windows that start the same scan one is obeyed', (browser, station)
       await until('the ring has found its home', async () => (await stateOf(page)).status.homed && (await stateOf(page)).status.state === 'IDLE', 60);
     }
     const before = (await stateOf(page)).status.start_presses;
-    const armed = await ask(page, 'POST', '/api/booth/arm', { customer_id: customer.id, consent_id: consent.id, profile: 'head' });
+    const armed = await ask(page, 'POST', '/api/booth/arm', { customer_id: customer.id, consent_id: consent.id, profile: 'head', height_mm: 1700 });
     expectEqual(armed.status, 200, `the order to arm: ${JSON.stringify(armed.body)}`);
     const ready = await until('the start key was pressed', async () => {
       const { status } = await stateOf(page);

@@ -99,7 +99,8 @@ TEST(BoothLink, ComesBackAfterBoothdHasBeenAway) {
   linked.hub.Forget();
   BoothAt again(path);
   ASSERT_TRUE(linked.WaitConnected());
-  EXPECT_TRUE(linked.link().Ask(HomeOrder{}));
+  const Status ordered = linked.link().Ask(HomeOrder{});
+  EXPECT_TRUE(ordered) << ordered.error().Text();
   EXPECT_EQ(again.port().status().state, ScanState::kHoming);
 }
 

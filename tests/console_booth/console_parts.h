@@ -162,7 +162,9 @@ class ConsoleParts {
     std::unique_lock lock(jobs_mutex_);
     JobStatus job;
     job_changed_.wait_for(lock, 12 * kSoon, [&] {
-      job = *jobs_->Get(id);
+      const auto now = jobs_->Get(id);
+      if (!now) return false;  // not started yet
+      job = *now;
       return job.state != JobState::kWaiting && job.state != JobState::kRunning;
     });
     return job;

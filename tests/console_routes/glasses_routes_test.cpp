@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <set>
 
@@ -75,13 +76,13 @@ TEST_F(GlassesRoutes, PreviewSitsOnTheFaceWithinItsTriangles) {
   const double middle_of_eyes = 0.5 * (Head().face().right_eye.x() + Head().face().left_eye.x());
   for (std::size_t side = 0; side < 2; ++side) {
     const auto& part = mesh.parts[2 + side];
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    Eigen::AlignedBox3d box;
     for (std::uint32_t k = 0; k < part.count; ++k) {
       const std::size_t vertex = mesh.indices[part.first_index + k];
-      middle +=
-          Eigen::Vector3d(mesh.positions[3 * vertex], mesh.positions[3 * vertex + 1], mesh.positions[3 * vertex + 2]);
+      box.extend(
+          Eigen::Vector3d(mesh.positions[3 * vertex], mesh.positions[3 * vertex + 1], mesh.positions[3 * vertex + 2]));
     }
-    middle /= part.count;
+    const Eigen::Vector3d middle = box.center();
     const Eigen::Vector3d eye = side == 0 ? Head().face().right_eye : Head().face().left_eye;
     EXPECT_NEAR(std::abs(middle.x() - middle_of_eyes), 0.5 * (size.a + size.dbl), 3.0);
     EXPECT_EQ(middle.x() > 0.0, eye.x() > 0.0);

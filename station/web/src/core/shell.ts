@@ -139,7 +139,7 @@ function header(): HTMLElement {
   session.watch(drawBoth);
   language.watch(drawBoth);
   theme.watch(drawTools);
-  const brand = h('a', { class: 'brand', href: '#/' }, h('img', { src: '/icon.svg', alt: '' }), h('span', null, 'annulus'));
+  const brand = h('a', { class: 'brand', href: '#/', 'aria-label': 'annulus' }, h('img', { src: '/icon.svg', alt: '' }), h('span', null, 'annulus'));
   return h('header', { class: 'header' }, brand, state, tools, stopButton());
 }
 

@@ -8,7 +8,6 @@ export const glassesWords = {
   amber: ['amber', '琥珀'],
   anti_reflective: ['Anti-reflective', '反射防止'],
   as_style: ['Shape as the style has it', 'スタイルの形に戻す'],
-  as_style_short: ['As the style', '元の形'],
   black: ['black', '黒'],
   blue: ['blue', '青'],
   brighter: ['Brightness', '明るさ'],
@@ -69,9 +68,6 @@ export const glassesWords = {
   lenses: ['Lenses', 'レンズ'],
   left: ['Left', '左'],
   light: ['Light', '照明'],
-  light_daylight: ['daylight', '昼光'],
-  light_shop: ['shop', '店内'],
-  light_studio: ['studio', 'スタジオ'],
   library: ['Library', '一覧'],
   library_first: ['Puts every style and size of the library on this head and ranks them.', 'すべてのスタイルとサイズをこの頭部にかけて順位を付けます。'],
   library_run: ['Rank all frames', 'すべて順位付け'],
@@ -85,10 +81,8 @@ export const glassesWords = {
   metal: ['Metal', '金属'],
   mirror: ['Mirror', 'ミラー'],
   more_shape: ['More of the shape', '形の詳細'],
-  need_model: ['This scan has no head model that may be shown.', '表示できる頭部モデルがありません。'],
   no_designs: ['Nothing saved yet.', '保存したデザインはありません。'],
   none: ['None', 'なし'],
-  not_met: ['outside', '範囲外'],
   order: ['Order and files', '注文とファイル'],
   pearl: ['Pearl', 'パール'],
   picture: ['True picture', '高品質画像'],
@@ -167,7 +161,6 @@ export const glassesWords = {
   vivid: ['Vividness', '鮮やかさ'],
   vivid_word: ['vivid', '鮮やか'],
   why: ['Why', '理由'],
-  working: ['Working: {stage}', '処理中：{stage}'],
 } as const;
 
 export const tGlasses = wordsOf(glassesWords);

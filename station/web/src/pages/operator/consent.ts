@@ -84,7 +84,7 @@ function consentForm(frame: StepFrame, customerId: string, text: ConsentText, ha
   return h(
     'div',
     { class: 'card stack' },
-    h('div', { lang: text.language, class: 'consent-text' }, h('h2', null, text.title), ...text.paragraphs.map((paragraph) => h('p', null, paragraph))),
+    h('div', { lang: text.language, class: 'consent-text', tabindex: 0, role: 'region', 'aria-label': text.title }, h('h2', null, text.title), ...text.paragraphs.map((paragraph) => h('p', null, paragraph))),
     h('fieldset', { class: 'purposes' }, h('legend', null, t('consent_purposes')), ...text.purposes.map(purpose)),
     agreed.root,
   );
