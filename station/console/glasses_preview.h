@@ -14,7 +14,9 @@ namespace annulus {
 
 /// How a preview puts the frame on.
 enum class PreviewPlacement {
-  kQuick,  ///< By the fit, without what only reports need; where that fails as the last frame sat, or as kPaper.
+  /// By the fit, without what only reports need, from where the style's last frame sat; where that fails as the last
+  /// frame sat, or as kPaper.
+  kQuick,
   kPaper,  ///< By the four steps of paper 000, §5, which scale the frame to the face.
 };
 

@@ -95,6 +95,29 @@ TEST_F(GlassesRoutes, PreviewSitsOnTheFaceWithinItsTriangles) {
   EXPECT_TRUE(notes["adjusted"].empty());
 }
 
+/// The mean of all vertices, mm.
+Eigen::Vector3d MeanOf(const test::ReadMesh& mesh) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < mesh.positions.size(); k += 3) {
+    sum += Eigen::Vector3d(mesh.positions[k], mesh.positions[k + 1], mesh.positions[k + 2]);
+  }
+  return sum * 3.0 / static_cast<double>(mesh.positions.size());
+}
+
+TEST_F(GlassesRoutes, ASliderMovesTheFrameToWhereItsOwnFitPutsIt) {
+  for (const double height : {38.0, 38.4, 38.8, 39.2}) {
+    const auto moved = Preview({{"design", Design("boston", "", {{"height", height}})}});
+    ASSERT_EQ(moved.status, 200) << moved.json;
+    test::RouteConsole fresh;
+    fresh.AddModel(HeadModel());
+    const auto alone =
+        fresh.Ask("POST", At("glasses/preview"), {{"design", Design("boston", "", {{"height", height}})}});
+    const Eigen::Vector3d difference =
+        MeanOf(test::ReadMeshBytes(moved.response.body)) - MeanOf(test::ReadMeshBytes(alone.response.body));
+    EXPECT_LT(difference.norm(), 1.0) << "height " << height;
+  }
+}
+
 TEST_F(GlassesRoutes, EveryStyleIsShownWithinItsTriangles) {
   for (const LibraryStyle& style : BuiltInFrameLibrary().styles) {
     const auto answer = Preview({{"design", Design(style.name)}});
