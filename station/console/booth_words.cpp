@@ -84,11 +84,11 @@ constexpr StepWords kStand{"stand",
                            {"The customer has to stand on the marks.", "お客様に印の上に立っていただきます。"},
                            {"Ask the customer to stand on the marks and hold still, then prepare the scan.",
                             "印の上に立って動かないようお願いし、測定の準備を押してください。"}};
-constexpr StepWords kKey{"key",
-                         {"The start key was pressed.", "スタートキーは押されました。"},
-                         {"The start key at the booth has to be pressed.", "装置のスタートキーを押す必要があります。"},
-                         {"Press the start key at the booth, then Start within ten seconds.",
-                          "装置のスタートキーを押し、10秒以内に「開始」を押してください。"}};
+constexpr StepWords kKey{
+    "key",
+    {"The start key was pressed.", "スタートキーは押されました。"},
+    {"The start key at the booth has to be pressed.", "装置のスタートキーを押す必要があります。"},
+    {"Press the start key at the booth: the scan begins.", "装置のスタートキーを押してください。測定が始まります。"}};
 
 PlainStep StepOf(const StepWords& words, bool ok, SheetLanguage language) {
   return {words.id, ok, {(ok ? words.done : words.open).In(language), ok ? "" : words.advice.In(language)}};

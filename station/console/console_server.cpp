@@ -120,6 +120,7 @@ class Server final : public ConsoleServer {
     http.port = options_.port;
     http.certificate_pem = identity_.certificate_pem;
     http.private_key_pem = identity_.private_key_pem;
+    http.urgent_paths = {"/api/stop"};
     http.limits.large_bodies = {{"/api/scans/import", kImportBytes}};
     auto server = HttpServer::Make(std::move(http), *handler_);
     if (!server) return Fail(server);
