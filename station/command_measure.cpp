@@ -21,6 +21,7 @@
 #include "station/loaded_model.h"
 #include "station/measurement_files.h"
 #include "station/measurement_output.h"
+#include "station/section_output.h"
 #include "station/units_text.h"
 
 namespace annulus {
@@ -76,20 +77,6 @@ Status RunTiltedSection(const SectionOptions& options, CommandIo& io) {
                                      {"measured_share", girth->knowledge.measured}});
 }
 
-/// Why a section is not one loop that the ring saw from all sides; empty if it is.
-std::string WhyNotOneLoop(const SurfaceModel& model, const SectionMeasures& section) {
-  std::string why;
-  for (std::size_t k = 1; k < model.segments.size(); ++k) {
-    const SurfaceSegment& other = model.segments[k];
-    if (section.z < other.surface.z_min() || section.z > other.surface.z_max()) continue;
-    why += (why.empty() ? "the " : ", the ") + other.name;
-  }
-  if (!why.empty()) return why + " is beside it";
-  if (section.measured_share < 1.0) return "part of it is inferred";
-  if (section.steps == 0) return "";
-  return fmt::format("its outline runs along the rays in {} place{}", section.steps, section.steps == 1 ? "" : "s");
-}
-
 Status RunSection(const SectionOptions& options, CommandIo& io) {
   if (!options.IsLevel()) return RunTiltedSection(options, io);
   const auto loaded = LoadModel(io, options.model);
@@ -113,18 +100,7 @@ Status RunSection(const SectionOptions& options, CommandIo& io) {
         (loop ? fmt::format("  taut tape {:10.2f} mm   {}\n", taut.value, HalfWidth95Text(taut, 2)) : "") +
         fmt::format("  area      {:10.1f} mm²  {}\n", s->area.value, HalfWidth95Text(s->area, 1)) + note);
   }
-  return io.WriteJson(options.json, {{"z_mm", s->z},
-                                     {"perimeter_mm", s->perimeter.value},
-                                     {"tape_mm", s->tape.value},
-                                     {"area_mm2", s->area.value},
-                                     {"perimeter_sigma_mm", JsonNumber(s->perimeter.sigma)},
-                                     {"tape_sigma_mm", JsonNumber(s->tape.sigma)},
-                                     {"area_sigma_mm2", JsonNumber(s->area.sigma)},
-                                     {"taut_tape_mm", JsonNumber(taut.value)},
-                                     {"taut_tape_sigma_mm", JsonNumber(taut.sigma)},
-                                     {"measured_share", s->measured_share},
-                                     {"one_visible_loop", not_one_loop.empty()},
-                                     {"why_not_one_loop", not_one_loop}});
+  return io.WriteJson(options.json, SectionToJson(*loaded->model, *s, taut));
 }
 
 struct SlabOptions {

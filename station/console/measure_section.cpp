@@ -13,6 +13,7 @@
 #include "modeling/mesh/convex_hull_2d.h"
 #include "station/console/measure_places.h"
 #include "station/measurement_output.h"
+#include "station/section_output.h"
 
 namespace annulus {
 namespace {
@@ -51,19 +52,10 @@ Result<Json> AnswerLevel(const LoadedModel& loaded, double z) {
   const Uncertain tape = taut ? loaded.body.WithSigma(taut->length) : Uncertain{kNone, kNone};
   Json loops = Json::array({PointsJson(AtHeight(*outline, z))});
   AddLimbs(loops, *loaded.model, z);
-  return Json{{"z_mm", section->z},
-              {"perimeter_mm", section->perimeter.value},
-              {"tape_mm", section->tape.value},
-              {"area_mm2", section->area.value},
-              {"perimeter_sigma_mm", JsonNumber(section->perimeter.sigma)},
-              {"tape_sigma_mm", JsonNumber(section->tape.sigma)},
-              {"area_sigma_mm2", JsonNumber(section->area.sigma)},
-              {"taut_tape_mm", JsonNumber(tape.value)},
-              {"taut_tape_sigma_mm", JsonNumber(tape.sigma)},
-              {"measured_share", section->measured_share},
-              {"one_visible_loop", loops.size() == 1 && section->measured_share >= 1.0 && section->steps == 0},
-              {"loops", std::move(loops)},
-              {"tape", PointsJson(AtHeight(ConvexHull(*outline), z))}};
+  Json answer = SectionToJson(*loaded.model, *section, tape);
+  answer["loops"] = std::move(loops);
+  answer["tape"] = PointsJson(AtHeight(ConvexHull(*outline), z));
+  return answer;
 }
 
 Result<Json> AnswerTilted(const LoadedModel& loaded, const SectionQuestion& question) {
