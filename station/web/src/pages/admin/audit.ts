@@ -1,22 +1,12 @@
 // The record of actions, and whether it is whole.
 import { get } from '../../core/api';
+import type { AuditLine } from '../../core/contract';
 import { h, replace } from '../../core/dom';
 import { dateTime } from '../../core/format';
 import type { Page } from '../../core/page';
 import { role } from '../../core/session';
 import { button, failurePanel, table, type Column } from '../../core/ui';
 import { tAdmin as t } from '../../words/admin';
-
-interface AuditLine {
-  number: number;
-  time_ms: number;
-  user: string;
-  origin: string;
-  action: string;
-  subject: string;
-  result: string;
-  hash: string;
-}
 
 interface Audit {
   lines: AuditLine[];

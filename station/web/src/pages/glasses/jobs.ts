@@ -1,17 +1,9 @@
 // Long work of the server, followed to its end.
 import { ApiFailure, get, post } from '../../core/api';
+import type { Job as AnyJob } from '../../core/contract';
 import { on } from '../../core/live';
 
-export interface Job {
-  id: string;
-  kind: string;
-  state: 'waiting' | 'running' | 'done' | 'failed' | 'cancelled';
-  stage: string;
-  share: number;
-  eta_s: number | null;
-  error: { attempted: string; seen: string; advice: string } | null;
-  result: unknown;
-}
+export type Job = AnyJob<unknown>;
 
 export function ended(job: Job): boolean {
   return job.state === 'done' || job.state === 'failed' || job.state === 'cancelled';

@@ -5,7 +5,7 @@ import { h, replace } from '../../core/dom';
 import { on } from '../../core/live';
 import { button, failurePanel, progress } from '../../core/ui';
 import { tOperator as t } from '../../words/operator';
-import type { Job } from './records';
+import type { Job } from '../../core/contract';
 
 const kAskEvery_ms = 1500;
 

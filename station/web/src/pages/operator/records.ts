@@ -1,5 +1,4 @@
 // What the station keeps of customers and scans (docs/console_api.md §3, §7).
-import type { ErrorText } from '../../core/api';
 
 export type Purpose = 'measure' | 'glasses' | 'reshape' | 'research';
 
@@ -55,18 +54,6 @@ export interface Scan {
     notices: { text: string; advice: string }[];
     released: boolean;
   } | null;
-}
-
-export interface Job {
-  id: string;
-  kind: string;
-  subject: string;
-  state: 'waiting' | 'running' | 'done' | 'failed' | 'cancelled';
-  stage: string;
-  share: number;
-  eta_s: number | null;
-  error: ErrorText | null;
-  result: Record<string, unknown> | null;
 }
 
 /** What was agreed to, is not withdrawn, and allows what is wanted. */

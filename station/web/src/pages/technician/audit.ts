@@ -3,7 +3,8 @@ import { get } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, table } from '../../core/ui';
 import { t } from '../../words/technician';
-import { type AuditLine, matching } from './audit_filter';
+import { matching } from './audit_filter';
+import type { AuditLine } from '../../core/contract';
 import { badge, pageOf, timeText } from './page_parts';
 import './technician.css';
 

@@ -1,15 +1,5 @@
 // Lines of the audit, and which of them somebody looks for.
-
-export interface AuditLine {
-  number: number;
-  time_ms: number;
-  user: string;
-  origin: string;
-  action: string;
-  subject: string;
-  result: string;
-  hash: string;
-}
+import type { AuditLine } from '../../core/contract';
 
 /** Lines that hold every word that was typed, in any of their columns. */
 export function matching(lines: readonly AuditLine[], typed: string): AuditLine[] {

@@ -4,7 +4,8 @@ import { booth, moves } from '../../core/booth';
 import { h, replace } from '../../core/dom';
 import { button, table } from '../../core/ui';
 import { t } from '../../words/technician';
-import { type Job, JobCancelled, jobPanel } from './job_panel';
+import { JobCancelled, jobPanel } from './job_panel';
+import type { Job } from '../../core/contract';
 import { badge, card, Ends, pageOf, timeText } from './page_parts';
 import './technician.css';
 

@@ -8,7 +8,8 @@ import { angleOfSensor, sensorCount, sensorsPerBoard } from '../../charts/polar'
 import { robustRange } from '../../charts/scale';
 import { t } from '../../words/technician';
 import { driftMatrix, type DriftSensor } from './drift_matrix';
-import { type Job, jobPanel } from './job_panel';
+import { jobPanel } from './job_panel';
+import type { Job } from '../../core/contract';
 import { jsonView } from './json_view';
 import { card, Ends, loadInto, pageOf, quantity, timeText } from './page_parts';
 import './technician.css';

@@ -1,22 +1,10 @@
 // Work that takes a while (docs/console_api.md §6): follows a job and shows how far it is.
-import { ApiFailure, type ErrorText, get, post } from '../../core/api';
+import { ApiFailure, get, post } from '../../core/api';
+import type { Job } from '../../core/contract';
 import { h, replace } from '../../core/dom';
 import { on } from '../../core/live';
 import { button, failurePanel, progress } from '../../core/ui';
 import { t } from '../../words/technician';
-
-export interface Job<Result> {
-  id: string;
-  kind: string;
-  subject: string;
-  state: 'waiting' | 'running' | 'done' | 'failed' | 'cancelled';
-  stage: string;
-  /** 0 … 1. */
-  share: number;
-  eta_s: number | null;
-  error: ErrorText | null;
-  result: Result | null;
-}
 
 const askEveryMs = 1000;
 
