@@ -76,7 +76,8 @@ class Calibrate(ProgramTest):
     def test_the_json_has_its_keys(self):
         result = self.read_json("result.json")
         self.assertEqual(set(result), {"passed", "traceable", "calibration", "hash", "time_s", "noise_mm", "chi_square",
-                                       "quadratic", "placements", "observability", "budget_900_mm", "limits", "findings"})
+                                       "quadratic", "placements", "observability", "budget_900_mm", "limits", "findings",
+                                       "unobservable", "traceability", "verification", "plots"})
         self.assertTrue(result["passed"])
         self.assertTrue(result["traceable"])
         self.assertEqual(result["calibration"], "CAL.json")
@@ -88,6 +89,26 @@ class Calibrate(ProgramTest):
         self.assertIn("z scale", unknown)
         self.assertIn("temperature coefficient", unknown)
         self.assertEqual(set(self.read_json("CAL.json")["unobservable"]), unknown)
+        self.assertEqual(result["unobservable"], self.read_json("CAL.json")["unobservable"])
+        self.assertIn("K-4711", result["traceability"])
+        verification = result["verification"]
+        self.assertEqual(verification["certified_radius_mm"], 110)
+        self.assertEqual(verification["certified_u_mm"], 0.02)
+        self.assertAlmostEqual(verification["found_radius_mm"], 110, delta=0.2)
+        of_difference = math.hypot(verification["found_u_mm"], verification["certified_u_mm"])
+        self.assertAlmostEqual(verification["en"], abs(verification["found_radius_mm"] - 110) / of_difference, places=6)
+        self.assertEqual(len(verification["sensor_residual_mm"]), 180)
+
+    def test_the_json_holds_what_is_plotted_of_each_sensor(self):
+        plots = self.read_json("result.json")["plots"]
+        carriage = plots.pop("carriage")
+        self.assertEqual({name: len(of_sensors) for name, of_sensors in plots.items()},
+                         dict.fromkeys(["before_mm", "after_mm", "half95_mm", "lateral_deg", "lateral_half95_deg",
+                                        "vertical_deg", "vertical_half95_deg"], 180))
+        self.assertLess(max(map(abs, plots["after_mm"])), max(map(abs, plots["before_mm"])))
+        self.assertEqual(len(carriage["x_mm"]), len(carriage["z_mm"]))
+        self.assertEqual(len(carriage["y_mm"]), len(carriage["z_mm"]))
+        self.assertEqual(carriage["z_mm"], sorted(carriage["z_mm"]))
 
     def test_the_report_holds_the_certificate(self):
         page = self.read("report/report.html").decode()
