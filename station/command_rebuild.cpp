@@ -1,5 +1,6 @@
 // rebuild: everything that is derived, made again from the recordings by this program's own commands.
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,6 +18,8 @@
 #include "modeling/table/table.h"
 #include "station/commands.h"
 #include "station/console/model_cache.h"
+#include "station/console/scan_json.h"
+#include "station/console/scan_judgement.h"
 #include "station/console/scan_measurements.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/sealed_text.h"
@@ -54,7 +57,9 @@ Status RunOurselves(const std::vector<std::string>& arguments, const std::string
   const pid_t child = ::fork();
   if (child < 0) return Fail(attempted, std::generic_category().message(errno), "close other programs");
   if (child == 0) {
-    if (::chdir(folder.c_str()) == 0) ::execv("/proc/self/exe", argv.data());
+    const int nowhere = ::open("/dev/null", O_WRONLY);  // what it prints is not our result
+    const bool ready = nowhere >= 0 && ::dup2(nowhere, STDOUT_FILENO) >= 0 && ::chdir(folder.c_str()) == 0;
+    if (ready) ::execv("/proc/self/exe", argv.data());
     ::_exit(127);
   }
   int status = 0;
@@ -71,7 +76,7 @@ std::vector<std::string> Words(const std::string& recipe) {
   return words;
 }
 
-/// What came of one file.
+/// What came of one file, or of the verdict and summary in the scan's row ("summary").
 struct Rebuilt {
   std::string scan;
   std::string name;
@@ -88,8 +93,14 @@ class ScanRebuild {
     auto artefacts = store_.ArtefactsOf(scan_id_);
     if (!artefacts) return Fail(artefacts);
     artefacts_ = std::move(*artefacts);
-    RETURN_IF_ERROR(Fit());
-    RETURN_IF_ERROR(Measure());
+    const auto recording = store_.ReadRecording(scan_id_);
+    if (!recording) return Fail(recording);
+    const auto parked = Judge(*recording);
+    if (!parked) return Fail(parked);
+    if (!*parked) {
+      RETURN_IF_ERROR(Fit(*recording));
+      RETURN_IF_ERROR(Measure());
+    }
     for (const Artefact& artefact : artefacts_) {
       const auto made = [&](const Rebuilt& rebuilt) { return rebuilt.name == artefact.name; };
       if (std::none_of(done_.begin(), done_.end(), made)) done_.push_back({scan_id_, artefact.name, "kept"});
@@ -106,10 +117,24 @@ class ScanRebuild {
     return nullptr;
   }
 
-  Status Fit() {
-    const auto recording = store_.ReadRecording(scan_id_);
-    if (!recording) return Fail(recording);
-    RETURN_IF_ERROR(WriteFileAtomically(storage_, folder_ + "/" + kRecording, *recording));
+  /// Verdict and summary; what was decided since the scan (that the body may be shown) stays. Whether the ring stood
+  /// still: then there is no body to fit.
+  Result<bool> Judge(std::span<const std::byte> recording) {
+    const auto scan = store_.GetScan(scan_id_);
+    if (!scan) return Fail(scan);
+    const Json before = SummaryOf(*scan);
+    const auto judged = JudgeRecording(recording, "the recording of " + scan_id_, nullptr, before.value("ticket", ""));
+    if (!judged) return Fail(judged);
+    Json summary = Json::parse(judged->summary_json);
+    summary["released"] = before.value("released", false);
+    const bool same = summary.dump() == scan->summary_json && judged->verdict == scan->verdict;
+    if (!same) RETURN_IF_ERROR(store_.JudgeScan(scan_id_, judged->verdict, summary.dump()));
+    done_.push_back({scan_id_, "summary", same ? "identical" : "changed"});
+    return judged->parked;
+  }
+
+  Status Fit(std::span<const std::byte> recording) {
+    RETURN_IF_ERROR(WriteFileAtomically(storage_, folder_ + "/" + kRecording, recording));
     const Artefact* before = Find("model", kModel);
     const std::string recipe = before != nullptr && !before->recipe.empty() ? before->recipe : "fit";
     std::vector<std::string> words = Words(recipe);

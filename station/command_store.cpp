@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "station/commands.h"
+#include "station/console/accounts.h"
+#include "station/console/login_guard.h"
 #include "station/store/store.h"
 #include "station/store/store_check.h"
 
@@ -51,10 +53,16 @@ std::string DayText(StoreTime time) {
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d", &day)};
 }
 
+/// A folder as it was typed, without the slashes that a shell's completion leaves at its end.
+std::string WithoutSlash(std::string folder) {
+  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+  return folder;
+}
+
 StoreOptions OptionsOf(const StoreCommand& command) {
   StoreOptions options;
-  options.folder = command.folder;
-  options.station_key_file = command.key_file.empty() ? command.folder + "/station.key" : command.key_file;
+  options.folder = WithoutSlash(command.folder);
+  options.station_key_file = command.key_file.empty() ? options.folder + "/station.key" : command.key_file;
   return options;
 }
 
@@ -174,7 +182,7 @@ Result<Outcome> Expire(Store& store, const StoreCommand& command) {
 }
 
 Result<Outcome> ShowAudit(Store& store, const StoreCommand& command) {
-  const auto lines = store.AuditLines(std::max<std::uint64_t>(command.from, 1), command.limit);
+  const auto lines = store.AuditLines(command.from, command.limit);
   if (!lines) return Fail(lines);
   const auto verified = store.VerifyAudit();
   Outcome outcome;
@@ -200,14 +208,18 @@ Result<Outcome> ShowAudit(Store& store, const StoreCommand& command) {
   return outcome;
 }
 
+/// By the console's rules: the last admin stays.
 Status ChangeUser(Store& store, const StoreCommand& command) {
-  if (command.user_action == "remove") return store.RemoveUser(command.user);
+  const SystemClock clock;
+  LoginGuard guard(clock);
+  Accounts accounts(store, guard, clock);
   const auto user = store.GetUser(command.user);
   if (!user) return Fail(user);
   if (!*user) return Fail("change the user " + command.user, "there is none of this name", "see 'annulus store users'");
+  if (command.user_action == "remove") return accounts.Remove(command.user);
   User changed = **user;
   changed.enabled = command.user_action == "enable";
-  return store.ChangeUser(changed);
+  return accounts.Change(changed);
 }
 
 Result<Outcome> ShowUsers(Store& store, const StoreCommand& command) {
@@ -253,8 +265,9 @@ Status RunOnStore(Action action, const StoreCommand& command, CommandIo& io) {
 
 Status Restore(const StoreCommand& command, CommandIo& io) {
   const SystemClock clock;
-  const std::string keys = command.keys.empty() ? command.backup + "-keys" : command.keys;
-  const auto left_out = RestoreStore(OptionsOf(command), command.backup, keys, io.storage(), clock);
+  const std::string backup = WithoutSlash(command.backup);
+  const std::string keys = command.keys.empty() ? backup + "-keys" : command.keys;
+  const auto left_out = RestoreStore(OptionsOf(command), backup, keys, io.storage(), clock);
   if (!left_out) return Fail(left_out);
   auto store = Store::Open(OptionsOf(command), io.storage(), clock);
   if (!store) return Fail(store);
@@ -300,7 +313,7 @@ void AddStoreCommand(CLI::App& app, CommandWork& chosen) {
   erase->add_flag("--yes", options->yes, "it is meant");
   add("expire", "customers whose time is over", Expire)->add_flag("--yes", options->yes, "erase them");
   CLI::App* audit = add("audit", "lines of the audit, and whether its chain is whole", ShowAudit);
-  audit->add_option("--from", options->from, "number of the first line")->type_name("N");
+  audit->add_option("--from", options->from, "number of the first line (the newest)")->type_name("N");
   audit->add_option("--limit", options->limit, "at most so many")->type_name("N");
   CLI::App* users = add("users", "who may log in", ShowUsers);
   users->add_option("action", options->user_action, "what to do")
@@ -309,6 +322,7 @@ void AddStoreCommand(CLI::App& app, CommandWork& chosen) {
   users->add_option("user", options->user, "whom");
   CLI::App* restore = AddAction(*command, "restore", "make a store of a backup and its keys", *options);
   restore->add_option("backup", options->backup, "folder of the backup")->required();
+  restore->get_option("--key-file")->required()->description("the station's key file, or its copy");
   restore->add_option("--keys", options->keys, "its keys (BACKUP-keys)")->type_name("FILE");
   restore->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Restore(*options, io); }; });
   command->footer("Example: annulus store verify --store /var/lib/annulus/store");

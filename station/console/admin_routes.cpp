@@ -18,6 +18,7 @@
 #include "station/console/live_hub.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_keys.h"
+#include "station/console/retention.h"
 #include "station/console/sessions.h"
 #include "station/store/store.h"
 
@@ -29,7 +30,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kLongestSecret = 256;
 constexpr int kTenYears = 3653;  // days
-constexpr const char* kRetentionSetting = "retention_days";
 constexpr std::size_t kAuditPage = 200;
 constexpr std::size_t kMostAuditLines = 1000;
 
@@ -183,19 +183,22 @@ ApiResult RemoveUser(const Desk& desk, const ApiRequest& request) {
   return JsonAnswer(Json::object());
 }
 
-int RetentionDays(const ConsoleContext& context) {
-  const auto setting = context.store.Setting(kRetentionSetting);
-  if (!setting || !*setting) return context.config.store.keep_days;
-  const auto days = nlohmann::json::parse(**setting, nullptr, false);
-  return days.is_number_integer() ? days.get<int>() : context.config.store.keep_days;
-}
+Retention RetentionOf(const Desk& desk) { return {desk.context.store, desk.context.models, desk.context.clock}; }
 
 ApiResult GetRetention(const Desk& desk) {
   const auto expired = desk.context.store.Expired();
   if (!expired) return Refuse(503, expired.error());
+  Retention retention = RetentionOf(desk);
+  const auto applied = retention.LastApplied();
+  if (!applied) return Refuse(503, applied.error());
+  const auto held = retention.IsHeld();
+  if (!held) return Refuse(503, held.error());
   Json list = Json::array();
   for (const Customer& one : *expired) list.push_back({{"id", one.id}, {"keep_until_ms", one.keep_until.count()}});
-  return JsonAnswer({{"days", RetentionDays(desk.context)}, {"expired", std::move(list)}});
+  return JsonAnswer({{"days", RetentionDays(desk.context.store, desk.context.config.store)},
+                     {"expired", std::move(list)},
+                     {"applied_ms", *applied ? Json((*applied)->count()) : Json(nullptr)},
+                     {"held", *held}});
 }
 
 ApiResult SetRetention(const Desk& desk, const ApiRequest& request) {
@@ -219,16 +222,12 @@ Json ProofToJson(const ErasureProof& proof) {
 
 ApiResult ApplyRetention(const Desk& desk, const ApiRequest& request) {
   if (auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
-  const auto expired = desk.context.store.Expired();
-  if (!expired) return Refuse(503, expired.error());
-  desk.context.models.DropAll();
+  const auto proofs = RetentionOf(desk).Apply([&](const std::string& id, const std::string& result) {
+    desk.frame.audit.Done(request.caller, "erase", id, result);
+  });
+  if (!proofs) return Refuse(503, proofs.error());
   Json erased = Json::array();
-  for (const Customer& one : *expired) {
-    const auto proof = desk.context.store.Erase(one.id);
-    desk.frame.audit.Done(request.caller, "erase", one.id, proof ? "ok" : "failed");
-    if (!proof) return Refuse(503, proof.error());
-    erased.push_back(ProofToJson(*proof));
-  }
+  for (const ErasureProof& proof : *proofs) erased.push_back(ProofToJson(proof));
   return JsonAnswer({{"erased", std::move(erased)}});
 }
 
@@ -309,7 +308,8 @@ Json FirstNumberIn(const std::string& text) {
 }
 
 ApiResult GetAudit(const Desk& desk, const ApiRequest& request) {
-  const auto from = CountQuery(request.http, "from", 1, std::uint64_t{1} << 52U);
+  constexpr std::uint64_t kNewest = 0;
+  const auto from = CountQuery(request.http, "from", kNewest, std::uint64_t{1} << 52U);
   if (!from) return tl::unexpected(from.error());
   const auto limit = CountQuery(request.http, "limit", kAuditPage, kMostAuditLines);
   if (!limit) return tl::unexpected(limit.error());
@@ -327,33 +327,32 @@ ApiResult GetAudit(const Desk& desk, const ApiRequest& request) {
 ApiResult GetAnchor(const Desk& desk) {
   const auto hash = desk.context.store.VerifyAudit();
   if (!hash) return Refuse(409, hash.error());
-  std::uint64_t last = 0;
-  while (true) {
-    const auto lines = desk.context.store.AuditLines(last + 1, kMostAuditLines);
-    if (!lines) return Refuse(503, lines.error());
-    if (lines->empty()) break;
-    last = lines->back().number;
-    if (lines->back().hash == *hash) break;
-  }
+  const auto last = desk.context.store.AuditLines(0, 1);
+  if (!last) return Refuse(503, last.error());
+  const bool empty = last->empty();
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(desk.context.clock.WallNow()).count();
   const auto time = static_cast<std::time_t>(seconds);
   std::tm utc{};
   ::gmtime_r(&time, &utc);
   std::array<char, 32> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%d", &utc);
-  return JsonAnswer({{"date", date.data()}, {"number", last}, {"hash", *hash}});
+  return JsonAnswer({{"date", date.data()},
+                     {"number", empty ? 0 : last->back().number},
+                     {"hash", empty ? *hash : last->back().hash}});
 }
 
 ApiResult GetStore(const Desk& desk) {
   constexpr std::size_t kAll = 1'000'000;
   const auto customers = desk.context.store.FindCustomers("", kAll);
   const auto scans = desk.context.store.LatestScans(kAll);
+  const auto schema = desk.context.store.Schema();
   const bool ready = desk.context.store.state() == StoreState::kReady;
   return JsonAnswer({{"state", ready ? "ready" : "read_only"},
                      {"problem", desk.context.store.problem()},
                      {"customers", customers ? Json(customers->size()) : Json(nullptr)},
                      {"scans", scans ? Json(scans->size()) : Json(nullptr)},
-                     {"bytes", BytesBelow(desk.context.config.store.folder)}});
+                     {"bytes", BytesBelow(desk.context.config.store.folder)},
+                     {"schema", schema ? Json(*schema) : Json(nullptr)}});
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "station/console/login_guard.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_gate.h"
+#include "station/console/retention.h"
 #include "station/console/scan_intake.h"
 #include "station/console/scratch_folder.h"
 #include "station/console/sessions.h"
@@ -100,6 +101,7 @@ class Server final : public ConsoleServer {
     audit_ = std::make_unique<ConsoleAudit>(*store_, clock_);
     live_ = LiveHub::Make();
     models_ = ModelCache::Make([this](const std::string& scan_id) { return OpenStoredModel(*store_, scan_id); });
+    retention_ = std::make_unique<Retention>(*store_, *models_, clock_);
     return {};
   }
 
@@ -138,6 +140,7 @@ class Server final : public ConsoleServer {
       live_->Send({{"type", "store"}, {"state", ready ? "ready" : "read_only"}, {"problem", problem}}, kEverybody);
     }
     if (clock_.Now() - looked_at_certificate_ >= kLookAtCertificate) RenewCertificate();
+    if (retention_->IsDue()) StartRetention();
   }
 
   [[nodiscard]] Accounts& accounts() override { return *accounts_; }
@@ -171,6 +174,19 @@ class Server final : public ConsoleServer {
     live_->SendTo(job.owner, json);
   }
 
+  /// Erasing searches all of the store: a job's work, though without a process.
+  void StartRetention() {
+    JobRequest job;
+    job.kind = "retention";
+    job.subject = "store";
+    job.finish = [this]() -> Result<Json> {
+      const auto proofs = retention_->ApplyByItself();
+      if (!proofs) return Fail(proofs);
+      return Json{{"erased", proofs->size()}};
+    };
+    jobs_->Start(std::move(job));
+  }
+
   /// A certificate that is near its end is replaced while we run; connections that are open keep theirs.
   void RenewCertificate() {
     looked_at_certificate_ = clock_.Now();
@@ -199,6 +215,7 @@ class Server final : public ConsoleServer {
   std::unique_ptr<ConsoleAudit> audit_;
   std::unique_ptr<LiveHub> live_;
   std::unique_ptr<ModelCache> models_;
+  std::unique_ptr<Retention> retention_;
   std::unique_ptr<JobRunner> jobs_;
   std::unique_ptr<BoothLive> booth_live_;
   std::unique_ptr<BoothLink> link_;

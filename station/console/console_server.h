@@ -38,7 +38,7 @@ class ConsoleServer {
 
   /// Listens, and connects to boothd, from now on.
   virtual Status Listen() = 0;
-  /// What is to be done about once a second: sessions whose time is over, the certificate.
+  /// What is to be done about once a second: sessions whose time is over, the certificate, retention.
   virtual void Tick() = 0;
 
   [[nodiscard]] virtual Accounts& accounts() = 0;

@@ -12,6 +12,7 @@
 #include "station/console/customer_export.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_keys.h"
+#include "station/console/retention.h"
 #include "station/console/route_errors.h"
 #include "station/console/scan_json.h"
 #include "station/store/store.h"
@@ -21,16 +22,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kKeepDays = 90;  // StoreOptions::keep unless the station's administrator has set another
 constexpr std::size_t kNameBytes = 256;
 constexpr std::size_t kNoteBytes = 4096;
-
-int KeepDays(Store& store) {
-  const auto setting = store.Setting("retention_days");
-  if (!setting || !*setting) return kKeepDays;
-  const auto days = nlohmann::json::parse(**setting, nullptr, false);
-  return days.is_number_integer() ? days.get<int>() : kKeepDays;
-}
 
 Json ConsentToJson(const Consent& consent) {
   return {{"id", consent.id},
@@ -231,7 +224,8 @@ ApiResult ExportCustomer(ConsoleContext& context, const ApiRequest& request) {
 }
 
 ApiResult GetConsentText(ConsoleContext& context, const ApiRequest& request) {
-  const ConsentText text = ConsentTextIn(LanguageOf(LanguageName(request.http)), KeepDays(context.store));
+  const ConsentText text =
+      ConsentTextIn(LanguageOf(LanguageName(request.http)), RetentionDays(context.store, context.config.store));
   Json purposes = Json::array();
   for (const ConsentPurpose& purpose : text.purposes) purposes.push_back({{"id", purpose.id}, {"text", purpose.text}});
   return JsonAnswer({{"version", text.version},

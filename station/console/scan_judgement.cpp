@@ -5,6 +5,7 @@
 
 #include "acquisition/scan_plan.h"
 #include "acquisition/scan_quality.h"
+#include "acquisition/sealed_file.h"
 
 namespace annulus {
 namespace {
@@ -17,7 +18,14 @@ constexpr double kWhole = 0.98;
 Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std::string& name, const KeySource* keys,
                                      const std::string& ticket) {
   using Json = nlohmann::ordered_json;
-  auto recording = ParseRecording(bytes, name, keys);
+  Unsealed opened;  // a scan's recording has the same size whatever it is sealed with
+  if (LooksSealed(bytes)) {
+    auto unsealed = UnsealRecording(bytes, name, keys);
+    if (!unsealed) return Fail(unsealed);
+    opened = std::move(*unsealed);
+    bytes = opened.bytes;
+  }
+  auto recording = ParseRecording(bytes, name);
   if (!recording) return Fail(recording);
   const ScanQuality quality = AssessScan(recording->scan);
   const auto plan = PlanFromJson(recording->scan.header.plan_json);
@@ -37,6 +45,7 @@ Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std
   const Json summary{{"ticket", ticket},
                      {"levels", levels},
                      {"planned_levels", plan ? Json(plan->TotalLevels()) : Json(nullptr)},
+                     {"recording_bytes", bytes.size()},
                      {"coverage", quality.coverage},
                      {"notices", std::move(notices)},
                      {"quality", Json::parse(JsonFromQuality(quality))},

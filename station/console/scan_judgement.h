@@ -15,7 +15,8 @@ struct ScanJudgement {
   ScanHeader header;
   std::string verdict;  ///< "good", "usable", "repeat".
   bool parked = false;  ///< The ring stood still: there is no body to fit.
-  /// `summary` of docs/console_api.md §7: {levels, planned_levels, coverage, notices, quality, released}.
+  /// `summary` of docs/console_api.md §7: {levels, planned_levels, recording_bytes (opened), coverage, notices,
+  /// quality, released}.
   std::string summary_json;
 };
 

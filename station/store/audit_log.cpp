@@ -126,13 +126,17 @@ Result<bool> AuditLog::KeepAnchor() {
 
 Result<std::vector<AuditLine>> AuditLog::Lines(std::uint64_t from_number, std::size_t limit) {
   std::vector<AuditLine> lines;
-  const Status status = database_.ForEach(std::string(kColumns) + "WHERE number >= ?1 ORDER BY number LIMIT ?2",
-                                          {static_cast<std::int64_t>(from_number), static_cast<std::int64_t>(limit)},
-                                          [&](const SqlRow& row) {
-                                            lines.push_back(LineFrom(row));
-                                            return Status();
-                                          });
+  const auto keep = [&lines](const SqlRow& row) {
+    lines.push_back(LineFrom(row));
+    return Status();
+  };
+  const auto most = static_cast<std::int64_t>(limit);
+  const Status status = from_number == 0
+                            ? database_.ForEach(std::string(kColumns) + "ORDER BY number DESC LIMIT ?1", {most}, keep)
+                            : database_.ForEach(std::string(kColumns) + "WHERE number >= ?1 ORDER BY number LIMIT ?2",
+                                                {static_cast<std::int64_t>(from_number), most}, keep);
   if (!status) return Fail(status);
+  if (from_number == 0) std::reverse(lines.begin(), lines.end());
   return lines;
 }
 

@@ -30,6 +30,7 @@ class AuditLog {
   Status Append(AuditLine line);
   /// Once a line is on the disk: writes the anchor of its day if there is none. True if it did.
   Result<bool> KeepAnchor();
+  /// In their order; from 0: the last ones.
   Result<std::vector<AuditLine>> Lines(std::uint64_t from_number, std::size_t limit);
   /// The last hash; the Error names the first line that does not fit.
   Result<std::string> Verify();

@@ -20,6 +20,13 @@ constexpr std::string_view kKeysHeader =
     "# Keys of a backup, each wrapped by the station's key. To be kept apart from the backup, and not for longer than\n"
     "# erasures may take: what has no key in any such file can never be opened again.\n";
 
+constexpr std::string_view kPrefix = "annulus-backup-";
+/// Ending of a backup's folder until it is whole.
+constexpr std::string_view kPart = ".part";
+
+/// Held open as long as the backup is being written: who finds it free finds one that was cut short.
+std::string MarkOf(const std::string& part) { return part + "/unfinished"; }
+
 /// "2026-11-29-223015", UTC.
 std::string StampOf(StoreTime time) {
   const auto seconds = static_cast<std::time_t>(std::chrono::floor<std::chrono::seconds>(time).count());
@@ -74,14 +81,47 @@ Status Backup::Begin() {
   RETURN_IF_ERROR(folder_ == std::filesystem::absolute(BackupsFolder(parts_.options.folder)).lexically_normal().string()
                       ? MakePrivateFolder(parts_.storage, folder_)
                       : parts_.storage.CreateFolder(folder_));
+  RETURN_IF_ERROR(RemoveAbandoned());
   const StoreTime now = parts_.Now();
-  path_ = folder_ + "/annulus-backup-" + StampOf(now);
+  const std::string first = folder_ + "/" + std::string(kPrefix) + StampOf(now);
+  path_ = first;
   for (int again = 2; parts_.storage.Exists(path_) || parts_.storage.Exists(KeysOfBackup(path_)); ++again) {
-    path_ = folder_ + "/annulus-backup-" + StampOf(now) + "-" + std::to_string(again);
+    path_ = first + "-" + std::to_string(again);
   }
+  RETURN_IF_ERROR(parts_.storage.CreateFolder(Part()));
+  auto mark = parts_.storage.Create(MarkOf(Part()));
+  if (!mark) return Fail(mark);
+  mark_ = std::move(*mark);
   // Before the keys are there, so that no file of keys is ever without this note.
   RETURN_IF_ERROR(parts_.database.Run("INSERT OR REPLACE INTO backups VALUES (?1, ?2, ?3)",
                                       {path_, KeysOfBackup(path_), now.count()}));
+  return {};
+}
+
+std::string Backup::Part() const { return path_ + std::string(kPart); }
+
+Backup::~Backup() {
+  if (mark_ == nullptr) return;  // it is whole, or was never begun
+  mark_.reset();
+  std::error_code error;
+  std::filesystem::remove_all(Part(), error);
+  static_cast<void>(DestroySecretFile(parts_.storage, KeysOfBackup(path_)));  // else the next backup does
+}
+
+Status Backup::RemoveAbandoned() {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  std::vector<std::string> abandoned;
+  for (auto entry = fs::directory_iterator(folder_, error); !error && entry != fs::end(entry); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const std::string path = folder_ + "/" + name;
+    if (!name.starts_with(kPrefix) || !name.ends_with(kPart) || parts_.storage.InUse(MarkOf(path))) continue;
+    abandoned.push_back(path);
+  }
+  for (const std::string& path : abandoned) {
+    RETURN_IF_ERROR(DestroySecretFile(parts_.storage, KeysOfBackup(path.substr(0, path.size() - kPart.size()))));
+    fs::remove_all(path, error);
+  }
   return {};
 }
 
@@ -106,11 +146,7 @@ Status Backup::WriteKeys() {
 }
 
 Result<std::string> Backup::Copy() {
-  namespace fs = std::filesystem;
-  const std::string part = path_ + ".part";
-  std::error_code error;
-  fs::remove_all(part, error);
-  RETURN_IF_ERROR(parts_.storage.CreateFolder(part));
+  const std::string part = Part();
   {
     auto source = Database::Open(DatabasePath(parts_.options.folder), Database::Access::kReadOnly);
     if (!source) return Fail(source);
@@ -127,8 +163,10 @@ Result<std::string> Backup::Copy() {
     if (!text) return Fail(text);
     RETURN_IF_ERROR(WriteFileAtomically(parts_.storage, AnchorsPath(part), *text));
   }
+  RETURN_IF_ERROR(parts_.storage.Remove(MarkOf(part)));
   RETURN_IF_ERROR(parts_.storage.SyncFolder(DatabasePath(part)));
   RETURN_IF_ERROR(parts_.storage.Rename(part, path_));
+  mark_.reset();
   return path_;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,15 @@ namespace annulus {
 ///                                     /audit-anchors.txt
 ///     annulus-backup-2026-11-29-223015-keys             the wrapped keys; short-lived
 ///
-/// Both appear under their names once they are whole and on the disk.
+/// Both appear under their names once they are whole and on the disk; until then the folder's ends in ".part". One that
+/// fails is removed with its keys; one that a crash cut short, by the next backup to the same place.
 class Backup {
  public:
   /// `folder`: where it goes; the store's own if empty.
   Backup(StoreParts& parts, const std::string& folder);
+  ~Backup();
+  Backup(const Backup&) = delete;
+  Backup& operator=(const Backup&) = delete;
 
   /// Within a transaction: notes the backup, so that erasures reach its keys.
   Status Begin();
@@ -31,11 +36,14 @@ class Backup {
   Result<std::string> Copy();
 
  private:
+  [[nodiscard]] std::string Part() const;
+  Status RemoveAbandoned();
   Result<std::string> KeyLines();
 
   StoreParts& parts_;
   std::string folder_;
   std::string path_;
+  std::unique_ptr<AppendFile> mark_;  ///< Until the backup is whole.
 };
 
 /// Copies the files that a database names, each held against its hash; those that are missing are left out.

@@ -6,6 +6,7 @@
 
 #include "station/store/sealed_text.h"
 #include "station/store/search_text.h"
+#include "station/store/station_table.h"
 
 namespace annulus {
 namespace {
@@ -72,7 +73,11 @@ Result<Customer> CustomerTable::Add(Customer customer) {
   if (!next) return Fail(next);
   customer.id = next->id;
   customer.created = parts_.Now();
-  if (customer.keep_until == StoreTime(0)) customer.keep_until = customer.created + parts_.options.keep;
+  if (customer.keep_until == StoreTime(0)) {
+    const auto until = EndOfKeeping();
+    if (!until) return Fail(until);
+    customer.keep_until = *until;
+  }
   const auto key = parts_.vault.MakeKey(customer.id);  // durable before the row that needs it
   if (!key) return Fail(key);
   const auto sealed = Sealed(customer, *key);
@@ -149,6 +154,20 @@ Result<std::vector<Customer>> CustomerTable::Expired() {
       });
   if (!status) return Fail(status);
   return expired;
+}
+
+Result<StoreTime> CustomerTable::EndOfKeeping() {
+  const auto setting = StationTable(parts_).Setting(kRetentionSetting);
+  if (!setting) return Fail(setting);
+  const auto days = nlohmann::json::parse(setting->value_or(""), nullptr, false);
+  return parts_.Now() + (days.is_number_integer() ? std::chrono::hours(24 * days.get<int>()) : parts_.options.keep);
+}
+
+Status CustomerTable::KeepFromNow(const std::string& id) {
+  const auto until = EndOfKeeping();
+  if (!until) return Fail(until);
+  return parts_.database.Run("UPDATE customers SET keep_until_ms = max(keep_until_ms, ?2) WHERE id = ?1",
+                             {id, until->count()});
 }
 
 Status CustomerTable::KeepUntil(const std::string& id, StoreTime until) {

@@ -27,6 +27,8 @@ class CustomerTable {
   /// Those whose time is over, oldest first.
   Result<std::vector<Customer>> Expired();
   Status KeepUntil(const std::string& id, StoreTime until);
+  /// As long as a new customer, from now on; never shorter than before.
+  Status KeepFromNow(const std::string& id);
   /// Wipes the names that are kept in memory for searching. To be called when another connection has changed rows, and
   /// after a transaction that was undone.
   void ForgetNames();
@@ -41,6 +43,8 @@ class CustomerTable {
     std::string name;
     std::string contact;
   };
+  /// Until when who is new is kept.
+  Result<StoreTime> EndOfKeeping();
   Status LoadNames();
   void Remember(std::int64_t number, const Customer& customer);
   Result<Customer> Opened(Customer row, const std::vector<std::byte>& sealed);

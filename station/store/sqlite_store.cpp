@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "station/store/backup.h"
 #include "station/store/erasure.h"
+#include "station/store/schema.h"
 
 namespace annulus {
 namespace {
@@ -147,6 +148,10 @@ std::string SqliteStore::problem() const {
   return problem_;
 }
 
+Result<int> SqliteStore::Schema() {
+  return Reading([&] { return SchemaVersion(*database_); });
+}
+
 Result<Customer> SqliteStore::AddCustomer(Customer customer) {
   return Writing([&] { return customers_.Add(std::move(customer)); });
 }
@@ -160,7 +165,11 @@ Result<std::vector<Customer>> SqliteStore::FindCustomers(std::string_view search
   return Reading([&] { return customers_.Find(search, limit); });
 }
 Result<Consent> SqliteStore::AddConsent(Consent consent) {
-  return Writing([&] { return consents_.Add(std::move(consent)); });
+  return Writing([&]() -> Result<Consent> {
+    auto added = consents_.Add(std::move(consent));
+    if (added) RETURN_IF_ERROR(customers_.KeepFromNow(added->customer_id));
+    return added;
+  });
 }
 Result<std::vector<Consent>> SqliteStore::Consents(const std::string& customer_id) {
   return Reading([&] { return consents_.Of(customer_id); });
@@ -173,7 +182,9 @@ Result<ScanRow> SqliteStore::AddScan(ScanRow scan, const std::string& file, cons
   const std::lock_guard lock(mutex_);
   auto added = Changing([&]() -> Result<ScanTable::Added> {
     RETURN_IF_ERROR(consents_.CheckInForce(scan.consent_id, scan.customer_id));
-    return scans_.Add(std::move(scan), file, keys);
+    auto taken = scans_.Add(std::move(scan), file, keys);
+    if (taken && taken->file) RETURN_IF_ERROR(customers_.KeepFromNow(taken->row.customer_id));
+    return taken;
   });
   if (!added) return Fail(added);
   if (added->file) added->file->Keep();

@@ -36,6 +36,7 @@ class SqliteStore final : public Store {
 
   [[nodiscard]] StoreState state() const override;
   [[nodiscard]] std::string problem() const override;
+  Result<int> Schema() override;
 
   Result<Customer> AddCustomer(Customer customer) override;
   Result<Customer> GetCustomer(const std::string& id) override;

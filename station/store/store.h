@@ -19,6 +19,9 @@ namespace annulus {
 /// What a store that could not be opened as it should is good for (fault row D9).
 enum class StoreState { kReady, kReadOnly };
 
+/// Setting of the station (Store::SetSetting): days for which customers are kept, instead of StoreOptions::keep.
+inline constexpr const char* kRetentionSetting = "retention_days";
+
 struct StoreOptions {
   std::string folder;            ///< Made (0700) if it is not there.
   std::string station_key_file;  ///< As --key-file; made (0600) if `make_key`. Wraps the customers' keys.
@@ -41,13 +44,18 @@ class Store {
   [[nodiscard]] virtual StoreState state() const = 0;
   /// Why it is read-only; empty if it is not.
   [[nodiscard]] virtual std::string problem() const = 0;
+  /// Version of the database's schema (docs/store.md).
+  virtual Result<int> Schema() = 0;
 
   // Customers and consents.
-  virtual Result<Customer> AddCustomer(Customer customer) = 0;  ///< `id`, times are given by the store.
+  /// `id` and `created` are given by the store, and `keep_until` if it is 0: kRetentionSetting, or StoreOptions::keep,
+  /// from now.
+  virtual Result<Customer> AddCustomer(Customer customer) = 0;
   virtual Result<Customer> GetCustomer(const std::string& id) = 0;
   virtual Status ChangeCustomer(const Customer& customer) = 0;
   /// Newest first; `search` matches id or any part of name or contact, letter case and width (NFKC) set aside.
   virtual Result<std::vector<Customer>> FindCustomers(std::string_view search, std::size_t limit) = 0;
+  /// Who agrees, and who is scanned, is kept from then on as long as a new customer; never shorter than before.
   virtual Result<Consent> AddConsent(Consent consent) = 0;
   virtual Result<std::vector<Consent>> Consents(const std::string& customer_id) = 0;
   virtual Status WithdrawConsent(const std::string& consent_id) = 0;
@@ -95,6 +103,7 @@ class Store {
   // Audit.
   /// Appends; number, time, hash are given by the store. On the disk when it returns.
   virtual Status Audit(AuditLine line) = 0;
+  /// In their order, at most `limit`; from 0: the last ones.
   virtual Result<std::vector<AuditLine>> AuditLines(std::uint64_t from_number, std::size_t limit) = 0;
   /// The last hash; fails with the number of the first line that does not fit.
   virtual Result<std::string> VerifyAudit() = 0;

@@ -22,6 +22,7 @@ class MemoryStore final : public Store {
 
   [[nodiscard]] StoreState state() const override { return read_only ? StoreState::kReadOnly : StoreState::kReady; }
   [[nodiscard]] std::string problem() const override { return read_only ? "the database is damaged" : ""; }
+  Result<int> Schema() override { return 1; }
 
   Result<Customer> AddCustomer(Customer customer) override {
     const std::lock_guard lock(mutex_);

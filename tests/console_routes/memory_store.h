@@ -28,6 +28,7 @@ class MemoryStore final : public Store {
 
   [[nodiscard]] StoreState state() const override { return StoreState::kReady; }
   [[nodiscard]] std::string problem() const override { return ""; }
+  Result<int> Schema() override { return 1; }
   Result<Customer> AddCustomer(Customer) override { return NotHere(); }
   Result<Customer> GetCustomer(const std::string&) override { return NotHere(); }
   Status ChangeCustomer(const Customer&) override { return NotHere(); }

@@ -20,6 +20,7 @@ class AccountStore final : public Store {
   [[nodiscard]] std::string problem() const override {
     return store_state == StoreState::kReady ? "" : "the database is damaged";
   }
+  Result<int> Schema() override { return 1; }
 
   Status AddUser(const User& user, const std::string& password_hash) override {
     users_[user.name] = user;
@@ -62,6 +63,7 @@ class AccountStore final : public Store {
   }
   Result<std::vector<AuditLine>> AuditLines(std::uint64_t from, std::size_t limit) override {
     std::vector<AuditLine> lines;
+    if (from == 0) from = audit.size() - std::min(limit, audit.size()) + 1;
     for (const AuditLine& line : audit) {
       if (line.number >= from && lines.size() < limit) lines.push_back(line);
     }

@@ -132,6 +132,46 @@ TEST(Backup, MayBeMadeTwiceInASecond) {
   EXPECT_NE(*first, *second);
 }
 
+TEST(Backup, RemovesOneThatWasCutShort) {
+  StoreOnDisk disk;
+  disk.Open();
+  const std::string place = disk.disk.path() + "/usb";
+  const std::string abandoned = place + "/annulus-backup-2000-01-01-000000";
+  std::filesystem::create_directories(abandoned + ".part/files");
+  test::WriteBytes(abandoned + ".part/unfinished", "");
+  test::WriteBytes(abandoned + "-keys", "# none\n");
+  test::WriteBytes(place + "/somebody-elses.part", "");
+  const auto backup = disk->Backup(place);
+  ASSERT_TRUE(backup) << WordsOf(backup);
+  EXPECT_FALSE(std::filesystem::exists(abandoned + ".part"));
+  EXPECT_TRUE(std::filesystem::exists(place + "/somebody-elses.part"));
+  EXPECT_FALSE(std::filesystem::exists(*backup + ".part"));
+  EXPECT_FALSE(std::filesystem::exists(*backup + "/unfinished"));
+}
+
+TEST(Backup, LeavesOneAloneThatIsBeingWritten) {
+  StoreOnDisk disk;
+  disk.Open();
+  const std::string other = disk.disk.path() + "/usb/annulus-backup-1999-12-31-235959.part";
+  std::filesystem::create_directories(other);
+  const auto mark = disk.posix.Create(other + "/unfinished");
+  ASSERT_TRUE(mark);
+  ASSERT_TRUE(disk->Backup(disk.disk.path() + "/usb"));
+  EXPECT_TRUE(std::filesystem::exists(other));
+}
+
+TEST(Backup, LeavesNothingBehindWhenItFails) {
+  StoreOnDisk disk;
+  disk.Open();
+  const auto [customer, consent] = disk.AddPerson("Hanako");
+  const auto scan = disk.AddScan(consent, "a recording");
+  const std::string place = disk.disk.path() + "/usb";
+  // A folder in the place of a file that is copied last makes it fail when keys and files are there already.
+  std::filesystem::create_directories(disk.options.folder + "/audit-anchors.txt");
+  EXPECT_FALSE(disk->Backup(place));
+  EXPECT_TRUE(std::filesystem::is_empty(place));
+}
+
 TEST(Backup, LeavesOutAFileThatIsMissing) {
   StoreOnDisk disk;
   disk.Open();
