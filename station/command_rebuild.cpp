@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -57,6 +59,7 @@ Status RunOurselves(const std::vector<std::string>& arguments, const std::string
   const pid_t child = ::fork();
   if (child < 0) return Fail(attempted, std::generic_category().message(errno), "close other programs");
   if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);                 // its opened files are to go with us
     const int nowhere = ::open("/dev/null", O_WRONLY);  // what it prints is not our result
     const bool ready = nowhere >= 0 && ::dup2(nowhere, STDOUT_FILENO) >= 0 && ::chdir(folder.c_str()) == 0;
     if (ready) ::execv("/proc/self/exe", argv.data());

@@ -29,6 +29,7 @@
 #include "station/console/privileges.h"
 #include "station/console/static_files.h"
 #include "station/devices.h"
+#include "station/store/store.h"
 
 namespace annulus {
 namespace {
@@ -98,7 +99,9 @@ Result<std::map<std::string, std::string>> ReadPasswordFile(Storage& storage, co
 
 /// The three accounts of a simulated station: made at the first start, with passwords that are told then, and again
 /// only if they are made anew. Returns what to print.
-Result<std::string> PrepareSimulatedAccounts(const ServeCommand& command, Accounts& accounts, Storage& storage) {
+Result<std::string> PrepareSimulatedAccounts(const ServeCommand& command, ConsoleServer& console, Storage& storage) {
+  Accounts& accounts = console.accounts();
+  if (console.store().state() == StoreState::kReadOnly) return std::string();  // those that are there may still log in
   const auto given = ReadPasswordFile(storage, command.password_file);
   if (!given) return Fail(given);
   const auto empty = accounts.Empty();
@@ -230,7 +233,7 @@ Status Serve(const ServeCommand& command, CommandIo& io) {
   if (!booth) return Fail(booth);
   std::string accounts;
   if (command.simulated) {
-    auto prepared = PrepareSimulatedAccounts(command, (*console)->accounts(), io.storage());
+    auto prepared = PrepareSimulatedAccounts(command, **console, io.storage());
     if (!prepared) return Fail(prepared);
     accounts = std::move(*prepared);
   }

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "acquisition/sealed_file.h"
 #include "base/log.h"
 #include "station/console/job_folder.h"
 #include "station/console/route_errors.h"
@@ -62,16 +63,25 @@ tl::expected<ImportTarget, ApiError> ReadTarget(ConsoleContext& context, const A
   return target;
 }
 
+/// No seal is opened for a page: a recording of this station comes by its folder, with whom it was taken for.
+tl::unexpected<ApiError> RefuseSealed(std::span<const std::byte> bytes) {
+  const auto key = SealedKeyId(bytes, "the recording");
+  return BadField("body", key ? "the recording is sealed with the key '" + *key + "'" : key.error().seen,
+                  "open it where its key is: annulus export SCAN --key-file F --out OPEN.mcap");
+}
+
 }  // namespace
 
 ApiResult ImportScan(ConsoleContext& context, const ApiRequest& request) {
   const std::string& body = request.http.body;
   if (body.empty()) return BadField("body", "it is empty", "send a recording or a range table");
+  const auto bytes = std::as_bytes(std::span(body));
+  if (LooksSealed(bytes)) return RefuseSealed(bytes);
   auto target = ReadTarget(context, request);
   if (!target) return tl::unexpected(std::move(target.error()));
   auto folder = JobFolder::Make(context);
   if (!folder) return StoreAway(folder.error());
-  const bool recording = LooksLikeRecording({reinterpret_cast<const std::byte*>(body.data()), body.size()});
+  const bool recording = LooksLikeRecording(bytes);
   const bool gzip = body.size() > 2 && body[0] == '\x1f' && body[1] == '\x8b';
   const std::string table = gzip ? "points.csv.gz" : "points.csv";
   if (const Status put = folder->PutText(recording ? "scan.mcap" : table, body); !put) return StoreAway(put.error());

@@ -68,8 +68,8 @@ class Browser:
         self.csrf = ""
         self.headers = {}
 
-    def request(self, method, path, body=None, headers=None):
-        """(status, parsed JSON or text). `headers` replace ours; a value of None leaves one out."""
+    def request(self, method, path, body=None, headers=None, raw=False):
+        """(status, parsed JSON or text; the bytes if `raw`). `headers` replace ours; a value of None leaves one out."""
         context = ssl.create_default_context()
         context.check_hostname = False
         context.verify_mode = ssl.CERT_NONE  # its own authority; that it fits is tested apart
@@ -86,15 +86,19 @@ class Browser:
         connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         for name, value in send.items():
             connection.putheader(name, value)
-        connection.putheader("Content-Length", str(len(data)))
+        if "Content-Length" not in send:
+            connection.putheader("Content-Length", str(len(data)))
         connection.endheaders(data)
         response = connection.getresponse()
         self.headers = dict(response.getheaders())
-        text = response.read().decode("utf-8", "replace")
+        content = response.read()
         connection.close()
         cookie = re.match(r"__Host-annulus=([0-9a-f]*)", self.headers.get("Set-Cookie", ""))
         if cookie:
             self.cookie = cookie.group(1)
+        if raw and response.status == 200:
+            return response.status, content
+        text = content.decode("utf-8", "replace")
         answer = json.loads(text) if self.headers.get("Content-Type", "").startswith("application/json") else text
         if isinstance(answer, dict) and "csrf" in answer:
             self.csrf = answer["csrf"]
