@@ -17,6 +17,7 @@
 #include "station/console/job_runner.h"
 #include "station/console/live_hub.h"
 #include "station/console/model_cache.h"
+#include "station/console/passwords.h"
 #include "station/console/request_keys.h"
 #include "station/console/retention.h"
 #include "station/console/sessions.h"
@@ -90,8 +91,13 @@ ApiResult AddUser(const Desk& desk, const ApiRequest& request) {
   if (!role) return tl::unexpected(role.error());
   const auto password = TextField(request.body, "password", kLongestSecret);
   if (!password) return tl::unexpected(password.error());
-  const Status added = desk.frame.accounts.Add(*name, *role, *password);
-  if (!added) return tl::unexpected(ApiError{400, added.error(), "password"});
+  if (FindUser(desk, *name)) {
+    return tl::unexpected(ApiError{409, {"add user", "there is one of this name", "take another name"}, "name"});
+  }
+  if (const Status good = CheckNewPassword(*password, *name); !good) {
+    return tl::unexpected(ApiError{400, good.error(), "password"});
+  }
+  if (const Status added = desk.frame.accounts.Add(*name, *role, *password); !added) return Refuse(503, added.error());
   const auto user = FindUser(desk, *name);
   if (!user) return tl::unexpected(user.error());
   return JsonAnswer(UserToJson(*user));

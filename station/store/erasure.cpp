@@ -48,6 +48,7 @@ Result<std::vector<std::string>> Erasure::Markers() {
   if (customer) {  // else its key is gone already: nobody can read what to look for
     AddText("name", customer->name, markers);
     AddText("contact", customer->contact, markers);
+    AddText("note", customer->note, markers);
   }
   if (const auto key = parts_.vault.Key(id_)) AddSecret(std::as_bytes(std::span(key->bytes)), markers);
   if (const auto wrapped = parts_.vault.Wrapped(id_)) AddSecret(wrapped->sealed, markers);
