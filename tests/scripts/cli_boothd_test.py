@@ -36,7 +36,7 @@ level_rate_hz = 20
 """
 
 ATTEMPTS = 5
-TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost"}
+TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost", "sensor_data"}
 
 
 def in_real_time(test):
