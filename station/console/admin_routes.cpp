@@ -168,6 +168,8 @@ ApiResult ChangeUser(const Desk& desk, const ApiRequest& request) {
   const auto change = ReadChange(request.body, std::move(*before));
   if (!change) return tl::unexpected(change.error());
   const auto uri = ChangeAll(desk, *change);
+  // Refused as a whole (the last admin): nothing has changed, and nobody has to go.
+  if (!uri && uri.error().status == 409) return tl::unexpected(uri.error());
   // Also if only half of it could be done. The admin's own session stays if it may still do this.
   const bool own = name == request.caller.user && change->user.enabled && change->user.role == StationRole::kAdmin;
   EndSessionsOf(desk, name, own ? request.caller.session_id : "", "an admin has changed the account");
