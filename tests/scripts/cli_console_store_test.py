@@ -117,7 +117,7 @@ class Imports(StationTest):
         self.gives(self.browser.post(f"/api/consents/{self.who[1]}/withdraw", {}))
         self.refuses(self.upload(self.browser, self.who, table), 400, "withdrawn", field="consent_id")
         self.assertEqual(self.upload(self.logged_in(self.console, "technician"), other, table)[0], 403)
-        self.assertEqual(self.upload(Browser(self.console.port), other, table)[0], 403)
+        self.assertEqual(self.upload(Browser(self.console.port), other, table)[0], 401)
 
 
 class Users(StationTest):
