@@ -160,9 +160,8 @@ void RealBooth::Wait(const std::string& what, const std::function<bool(const Sca
                            (now.causes.empty() ? "" : ", " + now.causes.front().text));
 }
 
-WholeStation::WholeStation(const std::vector<std::string>& remote) {
-  const ConsoleServerOptions options = ConsoleOptions(folder_, remote);
-  console_ = Must(ConsoleServer::Open(options, storage_, clock));
+WholeStation::WholeStation(const std::vector<std::string>& remote) : options_(ConsoleOptions(folder_, remote)) {
+  console_ = Must(ConsoleServer::Open(options_, storage_, clock));
   for (const auto& [name, role] :
        {std::pair("anna", StationRole::kOperator), std::pair("boris", StationRole::kOperator),
         std::pair("tessa", StationRole::kTechnician), std::pair("ada", StationRole::kAdmin)}) {
@@ -170,13 +169,20 @@ WholeStation::WholeStation(const std::vector<std::string>& remote) {
       throw std::runtime_error(added.error().Text());
     }
   }
-  keys_ = Must(ReadKeyFile(StationKeyFile(options)));
-  booth_ =
-      std::make_unique<RealBooth>(options.config, options.config.store.recordings, keys_.get(), options.booth_socket);
+  keys_ = Must(ReadKeyFile(StationKeyFile(options_)));
+  booth_ = std::make_unique<RealBooth>(options_.config, options_.config.store.recordings, keys_.get(),
+                                       options_.booth_socket);
   if (const Status listens = console_->Listen(); !listens) throw std::runtime_error(listens.error().Text());
 }
 
 WholeStation::~WholeStation() { console_.reset(); }
+
+void WholeStation::RestartConsole(const std::function<void()>& meanwhile) {
+  console_.reset();
+  meanwhile();
+  console_ = Must(ConsoleServer::Open(options_, storage_, clock));
+  if (const Status listens = console_->Listen(); !listens) throw std::runtime_error(listens.error().Text());
+}
 
 RawTarget WholeStation::target() const {
   std::ifstream file(folder_ / "store/tls/authority.pem");

@@ -111,6 +111,8 @@ class WholeStation {
   ConsoleServer& console() { return *console_; }
   RealBooth& booth() { return *booth_; }
   [[nodiscard]] std::string DatabasePath() const { return folder_ / "store/annulus.db"; }
+  /// Ends the console, does what is to be done meanwhile, and starts it again; the booth goes on.
+  void RestartConsole(const std::function<void()>& meanwhile);
   /// How a browser on the booth's own screen reaches it.
   [[nodiscard]] RawTarget target() const;
   [[nodiscard]] ConsoleBrowser Browser() const { return ConsoleBrowser(target()); }
@@ -125,6 +127,7 @@ class WholeStation {
 
  private:
   FreshFolder folder_;
+  const ConsoleServerOptions options_;
   PosixStorage storage_;
   std::unique_ptr<ConsoleServer> console_;
   std::unique_ptr<KeySource> keys_;
