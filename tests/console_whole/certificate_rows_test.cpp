@@ -117,7 +117,7 @@ TEST(ConsoleRows, N7_ACertificateThatEndsIsToldAndRenewedWithinTheHour) {
 
 TEST(ConsoleRows, N7_FromAfarItIsRefusedInWordsAndStopIsNot) {
   OnOwnNetwork([] {
-    WholeStation station({kAfar});
+    WholeStation station(Pace::kPaced, {kAfar});
     RawTarget target = station.target();
     target.address = target.source = kAfar;
     ConsoleBrowser afar(target);

@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
-using LevelName = RealBooth::LevelName;
+using LevelName = Boothd::LevelName;
 
 constexpr std::size_t kStuck = 20;
 constexpr double kBadPerSecond = 1000.0;
@@ -51,7 +51,7 @@ struct Outcome {
   }
 };
 
-void NoteLevels(const RealBooth& booth, const LiveListener& live, Outcome& outcome) {
+void NoteLevels(const Boothd& booth, const LiveListener& live, Outcome& outcome) {
   const auto taken = booth.Taken();
   for (const auto& [name, time] : taken) outcome.taken.push_back(name);
   for (const LiveListener::Heard& one : live.All()) {
@@ -78,7 +78,7 @@ enum class Network { kQuiet, kHostile };
 
 Outcome TakeScan(Network network) {
   Outcome outcome;
-  WholeStation station;
+  WholeStation station(Pace::kRealTime);
   ConsoleBrowser browser = station.Browser();
   EXPECT_EQ(browser.LogIn("anna").status, 200);
   const LiveListener live(browser.OpenLive());

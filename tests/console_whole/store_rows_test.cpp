@@ -23,25 +23,24 @@ void DamagePages(const std::string& database) {
 }
 
 TEST(ConsoleRows, D9_WithADamagedDatabaseTheConsoleSaysSoShowsTheBoothAndStopsIt) {
-  InRealTime([](WholeStation& station) {
-    ConsoleBrowser browser = station.Browser();
-    ASSERT_EQ(browser.LogIn("anna").status, 200);
-    static_cast<void>(station.StartScan(browser, "long"));
-    station.RestartConsole([&] { DamagePages(station.DatabasePath()); });
-    EXPECT_EQ(station.booth().status().state, ScanState::kScanning) << "the booth does not notice";
+  WholeStation station;
+  ConsoleBrowser browser = station.Browser();
+  ASSERT_EQ(browser.LogIn("anna").status, 200);
+  static_cast<void>(station.StartScan(browser, "long"));
+  station.RestartConsole([&] { DamagePages(station.DatabasePath()); });
+  EXPECT_EQ(station.booth().status().state, ScanState::kScanning) << "the booth does not notice";
 
-    ConsoleBrowser nobody = station.Browser();
-    const auto session = nobody.Get("/api/session");
-    EXPECT_EQ(session.status, 200);
-    EXPECT_EQ(session.json["store"]["state"], "read_only");
-    EXPECT_THAT(session.json["store"].value("problem", ""), testing::HasSubstr("damaged"));
-    LiveListener live(nobody.OpenLive());
-    EXPECT_FALSE(live.WaitFor("status").is_null());
-    EXPECT_EQ(nobody.Post("/api/stop").status, 200);
-    station.booth().Wait("stop", IsIdle);
-    ASSERT_TRUE(station.booth().status().scan);
-    EXPECT_FALSE(station.booth().status().scan->complete);
-  });
+  ConsoleBrowser nobody = station.Browser();
+  const auto session = nobody.Get("/api/session");
+  EXPECT_EQ(session.status, 200);
+  EXPECT_EQ(session.json["store"]["state"], "read_only");
+  EXPECT_THAT(session.json["store"].value("problem", ""), testing::HasSubstr("damaged"));
+  LiveListener live(nobody.OpenLive());
+  EXPECT_FALSE(live.WaitFor("status").is_null());
+  EXPECT_EQ(nobody.Post("/api/stop").status, 200);
+  station.booth().Wait("stop", IsIdle);
+  ASSERT_TRUE(station.booth().status().scan);
+  EXPECT_FALSE(station.booth().status().scan->complete);
 }
 
 }  // namespace

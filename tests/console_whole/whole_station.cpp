@@ -94,11 +94,11 @@ Value Must(Result<Value> result) {
 
 bool IsIdle(const ScannerStatus& status) { return status.state == ScanState::kIdle && status.job.empty(); }
 
-RealBooth::RealBooth(const Config& config, const std::string& recordings, const KeySource* keys,
-                     const std::string& socket)
+Boothd::Boothd(const Config& config, Pace pace, const std::string& recordings, const KeySource* keys,
+               const std::string& socket)
     : mailbox_(Must(LevelMailbox::Make())) {
   BoothSessionOptions options;
-  options.pace = Pace::kRealTime;
+  options.pace = pace;
   options.scanner.recording.keys = keys;
   options.scanner.on_level = [this](const ScanLevel& level) {
     mailbox_->Put(level);
@@ -116,38 +116,38 @@ RealBooth::RealBooth(const Config& config, const std::string& recordings, const 
                                         ScannerPortOptions{config, storage_, recordings, {}});
   server_ = Must(BoothServer::Make(std::move(listening), *port_, *mailbox_));
   serving_ = std::jthread([this](const std::stop_token& stop) { server_->Serve(stop); });
-  looking_ = std::jthread([this](const std::stop_token& stop) { Look(stop); });
+  if (pace == Pace::kRealTime) looking_ = std::jthread([this](const std::stop_token& stop) { Look(stop); });
 }
 
-RealBooth::~RealBooth() {
+Boothd::~Boothd() {
   looking_ = {};
   serving_ = {};
   session_.reset();  // stops what runs; its threads call back until then
 }
 
 /// A cause may be gone again before a test looks: the automatic operator resets.
-void RealBooth::Look(const std::stop_token& stop) {
+void Boothd::Look(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     for (const ScanCause& cause : status().causes) {
       if (!IsOfBusyMachine(cause.code)) continue;
       const std::lock_guard lock(mutex_);
       if (busy_.empty()) busy_ = cause.text;
     }
-    session_->clock().SleepUntil(session_->clock().Now() + milliseconds(5));
+    std::this_thread::sleep_for(milliseconds(5));
   }
 }
 
-std::map<RealBooth::LevelName, nanoseconds> RealBooth::Taken() const {
+std::map<Boothd::LevelName, nanoseconds> Boothd::Taken() const {
   const std::lock_guard lock(mutex_);
   return taken_;
 }
 
-std::vector<nanoseconds> RealBooth::TakeTicks() {
+std::vector<nanoseconds> Boothd::TakeTicks() {
   const std::lock_guard lock(mutex_);
   return std::exchange(ticks_, {});
 }
 
-void RealBooth::Wait(const std::string& what, const std::function<bool(const ScannerStatus&)>& wanted) {
+void Boothd::Wait(const std::string& what, const std::function<bool(const ScannerStatus&)>& wanted) {
   const auto busy = [this] {
     const std::lock_guard lock(mutex_);
     return busy_;
@@ -160,7 +160,8 @@ void RealBooth::Wait(const std::string& what, const std::function<bool(const Sca
                            (now.causes.empty() ? "" : ", " + now.causes.front().text));
 }
 
-WholeStation::WholeStation(const std::vector<std::string>& remote) : options_(ConsoleOptions(folder_, remote)) {
+WholeStation::WholeStation(Pace pace, const std::vector<std::string>& remote)
+    : options_(ConsoleOptions(folder_, remote)) {
   console_ = Must(ConsoleServer::Open(options_, storage_, clock));
   for (const auto& [name, role] :
        {std::pair("anna", StationRole::kOperator), std::pair("boris", StationRole::kOperator),
@@ -170,8 +171,8 @@ WholeStation::WholeStation(const std::vector<std::string>& remote) : options_(Co
     }
   }
   keys_ = Must(ReadKeyFile(StationKeyFile(options_)));
-  booth_ = std::make_unique<RealBooth>(options_.config, options_.config.store.recordings, keys_.get(),
-                                       options_.booth_socket);
+  booth_ = std::make_unique<Boothd>(options_.config, pace, options_.config.store.recordings, keys_.get(),
+                                    options_.booth_socket);
   if (const Status listens = console_->Listen(); !listens) throw std::runtime_error(listens.error().Text());
 }
 
@@ -233,27 +234,12 @@ ScanRow WholeStation::WaitTakenIn(const StartedScan& scan) {
   return rows.front();
 }
 
-std::vector<RealBooth::LevelName> WholeStation::Recorded(const std::string& scan_id) {
+std::vector<Boothd::LevelName> WholeStation::Recorded(const std::string& scan_id) {
   const auto bytes = Must(console().store().ReadRecording(scan_id));
   const Recording recording = Must(ParseRecording(bytes, scan_id));
-  std::vector<RealBooth::LevelName> names;
+  std::vector<Boothd::LevelName> names;
   for (const ScanLevel& level : recording.scan.levels) names.emplace_back(level.sweep, level.index);
   return names;
-}
-
-void InRealTime(const std::function<void(WholeStation&)>& body) {
-  constexpr int kAttempts = 5;
-  std::string busy;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    WholeStation station;
-    try {
-      body(station);
-      return;
-    } catch (const TooBusy& machine) {
-      busy = machine.what();
-    }
-  }
-  GTEST_SKIP() << "too busy a machine for real time, five times: " << busy;
 }
 
 }  // namespace annulus::test

@@ -52,25 +52,26 @@ struct TooBusy : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What `annulus boothd` is, in threads of this process: the simulated booth on the host's time, behind its socket. Its
-/// automatic operator presses reset and start key.
-class RealBooth {
+/// What `annulus boothd` is, in threads of this process: the simulated booth behind its socket. Its automatic operator
+/// presses reset and start key.
+class Boothd {
  public:
   using LevelName = std::pair<std::uint32_t, std::uint32_t>;  ///< Sweep, level.
 
   /// Borrows keys.
-  RealBooth(const Config& config, const std::string& recordings, const KeySource* keys, const std::string& socket);
-  ~RealBooth();
-  RealBooth(const RealBooth&) = delete;
-  RealBooth& operator=(const RealBooth&) = delete;
+  Boothd(const Config& config, Pace pace, const std::string& recordings, const KeySource* keys,
+         const std::string& socket);
+  ~Boothd();
+  Boothd(const Boothd&) = delete;
+  Boothd& operator=(const Boothd&) = delete;
 
   [[nodiscard]] ScannerStatus status() const { return session_->scanner().status(); }
   /// When each level was taken and handed to the recording; of all scans since the start.
   [[nodiscard]] std::map<LevelName, std::chrono::nanoseconds> Taken() const;
-  /// Waits until the status is as wanted. Throws TooBusy if the booth has stopped for a cause that a busy machine
-  /// brings, runtime_error with `what` if it takes too long.
+  /// Waits until the status is as wanted. Throws runtime_error with `what` if it takes too long; in real time TooBusy
+  /// if the booth has stopped for a cause that a busy machine brings.
   void Wait(const std::string& what, const std::function<bool(const ScannerStatus&)>& wanted);
-  /// The times between the control ticks since the last call.
+  /// The times between the control ticks since the last call, in real time.
   [[nodiscard]] std::vector<std::chrono::nanoseconds> TakeTicks();
   /// What the control thread could not have of the system; "" if it has its priority.
   [[nodiscard]] std::string scheduling_note() const { return session_->scheduling_note(); }
@@ -89,7 +90,7 @@ class RealBooth {
   std::unique_ptr<ScannerPort> port_;
   std::unique_ptr<BoothServer> server_;
   std::jthread serving_;
-  std::jthread looking_;
+  std::jthread looking_;  ///< In real time.
 };
 
 /// A scan that the console has started.
@@ -101,15 +102,15 @@ struct StartedScan {
 /// Booth and console of a station, with users anna and boris (operators), tessa (technician), ada (admin).
 class WholeStation {
  public:
-  /// `remote`: addresses to listen on beside loopback.
-  explicit WholeStation(const std::vector<std::string>& remote = {});
+  /// Paced: a busy machine does not stop the booth. `remote`: addresses to listen on beside loopback.
+  explicit WholeStation(Pace pace = Pace::kPaced, const std::vector<std::string>& remote = {});
   ~WholeStation();
   WholeStation(const WholeStation&) = delete;
   WholeStation& operator=(const WholeStation&) = delete;
 
   MovedClock clock;
   ConsoleServer& console() { return *console_; }
-  RealBooth& booth() { return *booth_; }
+  Boothd& booth() { return *booth_; }
   [[nodiscard]] std::string DatabasePath() const { return folder_ / "store/annulus.db"; }
   /// Ends the console, does what is to be done meanwhile, and starts it again; the booth goes on.
   void RestartConsole(const std::function<void()>& meanwhile);
@@ -123,7 +124,7 @@ class WholeStation {
   /// Waits until the booth is at rest and the scan is in the store; its row.
   ScanRow WaitTakenIn(const StartedScan& scan);
   /// Names of the levels of the scan's recording, as the store gives it back.
-  std::vector<RealBooth::LevelName> Recorded(const std::string& scan_id);
+  std::vector<Boothd::LevelName> Recorded(const std::string& scan_id);
 
  private:
   FreshFolder folder_;
@@ -131,14 +132,10 @@ class WholeStation {
   PosixStorage storage_;
   std::unique_ptr<ConsoleServer> console_;
   std::unique_ptr<KeySource> keys_;
-  std::unique_ptr<RealBooth> booth_;
+  std::unique_ptr<Boothd> booth_;
 };
 
 /// True if the scanner is in IDLE with nothing to do.
 [[nodiscard]] bool IsIdle(const ScannerStatus& status);
-
-/// Runs the body with a station of its own; again, up to five times, while the machine is too busy for real time. Then
-/// the test is skipped, which says so.
-void InRealTime(const std::function<void(WholeStation&)>& body);
 
 }  // namespace annulus::test
