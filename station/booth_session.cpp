@@ -43,6 +43,7 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   session->axis_ = std::move(*axis);
   session->tap_.EndPrelude();
   if (config.interlock.simulated) session->operator_ = options.sim_operator;
+  session->on_tick_ = std::move(options.on_tick);
   Storage& disk = session->ground_->faults() == nullptr ? storage : session->ground_->faults()->WrapStorage(storage);
   options.scanner.on_level = [raw = session.get(), told = std::move(options.scanner.on_level)](const ScanLevel& level) {
     if (sim::FaultInjector* faults = raw->ground_->faults()) faults->NoteLevel(raw->levels_++);
@@ -110,6 +111,7 @@ void BoothSession::RunControl(const std::stop_token& stop) {
   Clock& clock = ground_->clock();
   nanoseconds next = clock.Now();
   while (!stop.stop_requested()) {
+    if (on_tick_) on_tick_(clock.Now());
     Tick();
     next += scan_time::kTick;
     // After a gap the beats go on from now: they must not come too fast for the watchdog relay.

@@ -27,6 +27,8 @@ struct BoothSessionOptions {
   Pace pace = Pace::kAsFastAsPossible;
   SimOperator sim_operator = SimOperator::kAutomatic;
   ScannerOptions scanner;
+  /// Told when each control tick begins, in the control thread; must return quickly. May be empty. In real time only.
+  std::function<void(std::chrono::nanoseconds)> on_tick;
 };
 
 /// A booth with its program: devices opened as the configuration says, tapped, and the scanner on them. In real time
@@ -80,6 +82,7 @@ class BoothSession {
   std::unique_ptr<Scanner> scanner_;
   Pace pace_ = Pace::kAsFastAsPossible;
   SimOperator operator_ = SimOperator::kNobody;
+  std::function<void(std::chrono::nanoseconds)> on_tick_;
   std::uint64_t levels_ = 0;  ///< Taken since the session was opened.
   // What a fault plan does to the host.
   std::atomic<bool> killed_ = false;

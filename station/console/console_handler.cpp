@@ -1,6 +1,8 @@
 #include "station/console/console_handler.h"
 
+#include <chrono>
 #include <exception>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <typeinfo>
 #include <utility>
@@ -33,6 +35,8 @@ std::string KindOf(const std::exception& failure) {
   return ours != nullptr ? ours->what() : typeid(failure).name();
 }
 
+constexpr std::chrono::milliseconds kAuditOfStop{100};
+
 /// The value that Route::audit_parameter names, of the body.
 std::string SubjectIn(const nlohmann::json& body, const std::string& parameter) {
   const auto found = body.find(parameter);
@@ -47,7 +51,9 @@ HttpResponse ConsoleHandler::Handle(const HttpRequest& request) {
   try {
     if (auto foreign = parts_.gate.CheckHost(request)) {
       const Caller nobody{"", StationRole::kNone, "", request.loopback, request.peer};
-      NoteRefusal({*foreign, nobody, nullptr, true}, request.method);
+      Note(request, [this, refused = RequestGate::Refused{*foreign, nobody, nullptr, true}, method = request.method] {
+        NoteRefusal(refused, method);
+      });
       response = ErrorAnswer(*foreign);
     } else {
       response = api ? Api(request) : Page(request);
@@ -69,7 +75,7 @@ HttpResponse ConsoleHandler::Page(const HttpRequest& request) const {
 HttpResponse ConsoleHandler::Api(const HttpRequest& request) {
   auto passed = parts_.gate.Check(parts_.routes, request);
   if (!passed) {
-    NoteRefusal(passed.error(), request.method);
+    Note(request, [this, refused = passed.error(), method = request.method] { NoteRefusal(refused, method); });
     return ErrorAnswer(passed.error().error);
   }
   return Carry(*passed, request);
@@ -81,16 +87,31 @@ HttpResponse ConsoleHandler::Carry(const RequestGate::Passed& passed, const Http
   if (!body) return ErrorAnswer(body.error());
   ApiResult result = passed.route->handle({request, passed.caller, passed.path, *body});
   if (!passed.route->audit_action.empty()) {
-    AuditDone(passed, SubjectIn(*body, passed.route->audit_parameter), result);
+    const int status = result ? result->status : result.error().status;
+    Note(request, [this, passed, status, subject = SubjectIn(*body, passed.route->audit_parameter)] {
+      AuditDone(passed, subject, status);
+    });
   }
   return result ? std::move(*result) : ErrorAnswer(result.error());
 }
 
-void ConsoleHandler::AuditDone(const RequestGate::Passed& passed, const std::string& body_subject,
-                               const ApiResult& result) {
+void ConsoleHandler::Note(const HttpRequest& request, const std::function<void()>& write) {
+  if (request.path != kStopPath) return write();
+  const auto written = std::make_shared<std::promise<void>>();
+  stop_audit_.Run([write, written] {
+    try {
+      write();
+    } catch (const std::exception& failure) {
+      Log(LogLevel::kError, "console: the audit of a STOP ended in an exception: " + KindOf(failure));
+    }
+    written->set_value();
+  });
+  static_cast<void>(written->get_future().wait_for(kAuditOfStop));
+}
+
+void ConsoleHandler::AuditDone(const RequestGate::Passed& passed, const std::string& body_subject, int status) {
   const auto in_path = passed.path.find(passed.route->audit_parameter);
   const std::string& subject = in_path == passed.path.end() ? body_subject : in_path->second;
-  const int status = result ? result->status : result.error().status;
   parts_.audit.Done(passed.caller, passed.route->audit_action, subject,
                     status < 400 ? "ok" : "failed with " + std::to_string(status));
 }

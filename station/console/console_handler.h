@@ -14,6 +14,7 @@
 #include "station/console/route.h"
 #include "station/console/static_files.h"
 #include "station/http/http_server.h"
+#include "station/http/worker_lane.h"
 
 namespace annulus {
 
@@ -34,6 +35,8 @@ struct ConsoleParts {
 class ConsoleHandler final : public HttpHandler {
  public:
   explicit ConsoleHandler(ConsoleParts parts) : parts_(std::move(parts)) {}
+  /// Writes what the audit has still to be told.
+  ~ConsoleHandler() override { stop_audit_.Stop(WorkerLane::Leftover::kFinish); }
 
   HttpResponse Handle(const HttpRequest& request) override;
   std::optional<HttpResponse> Open(const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) override;
@@ -45,12 +48,16 @@ class ConsoleHandler final : public HttpHandler {
   HttpResponse Page(const HttpRequest& request) const;
   HttpResponse Api(const HttpRequest& request);
   HttpResponse Carry(const RequestGate::Passed& passed, const HttpRequest& request);
-  void AuditDone(const RequestGate::Passed& passed, const std::string& body_subject, const ApiResult& result);
+  /// Writes to the audit before the request is answered. For STOP it waits a moment only: neither its answer nor the
+  /// next STOP may hang on a disk.
+  void Note(const HttpRequest& request, const std::function<void()>& write);
+  void AuditDone(const RequestGate::Passed& passed, const std::string& body_subject, int status);
   void NoteRefusal(const RequestGate::Refused& refused, const std::string& method);
   Status TakeMessage(const std::shared_ptr<WebSocketPeer>& peer, std::string_view text);
   Status Jog(const Caller& caller, const std::string& direction);
 
   ConsoleParts parts_;
+  WorkerLane stop_audit_{"audit-stop", 1};
   std::mutex mutex_;
   std::map<std::shared_ptr<WebSocketPeer>, Caller> sockets_;  ///< Those that are open.
 };

@@ -106,14 +106,15 @@ class Server final : public ConsoleServer {
   }
 
   Status Listen() override {
-    jobs_ = JobRunner::Make("/proc/self/exe", [this](const JobStatus& job) { TellOf(job); });
+    jobs_ = JobRunner::Make(options_.job_program, [this](const JobStatus& job) { TellOf(job); });
     booth_live_ = std::make_unique<BoothLive>(*live_, clock_);
     link_ = BoothLink::Make(options_.booth_socket, booth_live_->events());
     booth_live_->Attach(*link_);
     AddRoutes();
     intake_ = ScanIntake::Make(*context_, {options_.config.store.recordings, keys_.get()});
     booth_live_->OnScanEnded([this](const ScanResult* result) { intake_->ScanEnded(result); });
-    gate_ = std::make_unique<RequestGate>(GateOptions{ReachedAs(options_), true}, sessions_);
+    gate_ = std::make_unique<RequestGate>(
+        GateOptions{ReachedAs(options_), true, [this] { return ProblemOfCertificate(); }}, sessions_);
     handler_ = std::make_unique<ConsoleHandler>(
         ConsoleParts{table_, *gate_, sessions_, files_, *live_, *audit_,
                      [this](Scanner::JogDirection direction) { return link_->AskAsTechnician(JogOrder{direction}); }});
@@ -122,7 +123,7 @@ class Server final : public ConsoleServer {
     http.port = options_.port;
     http.certificate_pem = identity_.certificate_pem;
     http.private_key_pem = identity_.private_key_pem;
-    http.urgent_paths = {"/api/stop"};
+    http.urgent_paths = {std::string(kStopPath)};
     http.limits.large_bodies = {{"/api/scans/import", kImportBytes}};
     auto server = HttpServer::Make(std::move(http), *handler_);
     if (!server) return Fail(server);
@@ -152,7 +153,7 @@ class Server final : public ConsoleServer {
     if (!store_->problem().empty()) notes.push_back(store_->problem());
     if (!scratch_->problem().empty()) notes.push_back(scratch_->problem());
     if (!files_.has_page()) notes.push_back("the page is not built; the console shows how");
-    const std::string certificate = CertificateProblem(identity_, WallSeconds(clock_));
+    const std::string certificate = ProblemOfCertificate();
     if (!certificate.empty()) notes.push_back(certificate);
     return notes;
   }
@@ -161,11 +162,14 @@ class Server final : public ConsoleServer {
   void AddRoutes() {
     context_ = std::make_unique<ConsoleContext>(ConsoleContext{options_.config, options_.config_path, *store_, *link_,
                                                                *live_, *jobs_, *models_, *scratch_, storage_, clock_});
-    frame_ = std::make_unique<ConsoleFrame>(ConsoleFrame{*accounts_, sessions_, *audit_, [this] {
-                                                           const std::lock_guard lock(identity_mutex_);
-                                                           return CertificateProblem(identity_, WallSeconds(clock_));
-                                                         }});
+    frame_ = std::make_unique<ConsoleFrame>(
+        ConsoleFrame{*accounts_, sessions_, *audit_, [this] { return ProblemOfCertificate(); }});
     AddAllRoutes(table_, *context_, *frame_);
+  }
+
+  std::string ProblemOfCertificate() const {
+    const std::lock_guard lock(identity_mutex_);
+    return CertificateProblem(identity_, WallSeconds(clock_));
   }
 
   void TellOf(const JobStatus& job) {

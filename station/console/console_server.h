@@ -24,6 +24,7 @@ struct ConsoleServerOptions {
   std::uint16_t port = 8437;        ///< 0: any that is free.
   std::string booth_socket;
   std::string web_folder;
+  std::string job_program = "/proc/self/exe";  ///< What jobs run: this program.
 };
 
 /// The operator's console as a whole: store, line to boothd, jobs, routes, and the HTTPS server on top. Made in two

@@ -1,5 +1,6 @@
 #include "station/console/privileges.h"
 
+#include <sched.h>
 #include <seccomp.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -87,6 +88,10 @@ constexpr std::array<unsigned, 10> kDeviceIoctls{
 constexpr unsigned kPushCharacter = 0x5412;  // TIOCSTI types into somebody's terminal
 constexpr unsigned kConsoleMenu = 0x541C;    // TIOCLINUX
 
+/// Flags of clone that ask for a namespace.
+constexpr std::array<unsigned long, 7> kNamespaces{CLONE_NEWNS,   CLONE_NEWCGROUP, CLONE_NEWUTS, CLONE_NEWIPC,
+                                                   CLONE_NEWUSER, CLONE_NEWPID,    CLONE_NEWNET};
+
 constexpr std::uint32_t kDeny = SCMP_ACT_ERRNO(EPERM);
 
 Status Forbid(void* filter) {
@@ -102,6 +107,11 @@ Status Forbid(void* filter) {
   for (const unsigned one : {kPushCharacter, kConsoleMenu}) {
     failed |= seccomp_rule_add(filter, kDeny, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_MASKED_EQ, 0xFFFFFFFFU, one));
   }
+  for (const unsigned long flag : kNamespaces) {
+    failed |= seccomp_rule_add(filter, kDeny, SCMP_SYS(clone), 1, SCMP_A0(SCMP_CMP_MASKED_EQ, flag, flag));
+  }
+  // Its flags are behind a pointer, where no filter sees them; the C library takes clone then.
+  failed |= seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
   failed |= seccomp_rule_add(filter, kDeny, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_NE, AF_UNIX));
   if (failed < 0) return Fail("make a filter of system calls", "a rule was refused", "report it");
   return {};

@@ -7,7 +7,6 @@
 namespace annulus {
 namespace {
 
-constexpr std::string_view kStop = "/api/stop";
 constexpr std::string_view kImport = "/api/scans/import";
 
 /// What the page asks by itself while nobody touches it: no use of the session.
@@ -75,9 +74,14 @@ bool RequestGate::IsOurHost(std::string_view host) const {
 }
 
 std::optional<ApiError> RequestGate::CheckHost(const HttpRequest& request) const {
-  if (request.HeaderCount("host") == 1 && IsOurHost(*request.Header("host"))) return std::nullopt;
-  return Denied(403, "its Host is none of ours",
-                "use https://localhost and the port, or add the name to [console] host_names");
+  if (request.HeaderCount("host") != 1 || !IsOurHost(*request.Header("host"))) {
+    return Denied(403, "its Host is none of ours",
+                  "use https://localhost and the port, or add the name to [console] host_names");
+  }
+  if (request.loopback || request.path == kStopPath || !options_.certificate_problem) return std::nullopt;
+  const std::string problem = options_.certificate_problem();
+  if (problem.empty()) return std::nullopt;
+  return Denied(503, problem, "use the booth's own screen, and set the booth's clock");
 }
 
 std::optional<ApiError> RequestGate::CheckOrigin(const HttpRequest& request) const {
@@ -152,7 +156,7 @@ tl::expected<RequestGate::Passed, RequestGate::Refused> RequestGate::Check(const
     return refuse(Denied(403, "it comes from another site's page", kUseThePage));
   }
   if (auto error = CheckRole(route, caller)) return refuse(std::move(error));
-  if (post && route.pattern != kStop) {
+  if (post && route.pattern != kStopPath) {
     const std::string_view cookie = request.Cookie(kSessionCookie).value_or("");
     const std::string_view token = request.Header("x-csrf-token").value_or("");
     if (request.HeaderCount("x-csrf-token") != 1 || !sessions_.IsCsrfToken(cookie, token)) {

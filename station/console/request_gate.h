@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +16,9 @@ namespace annulus {
 /// Name of the session's cookie.
 inline constexpr std::string_view kSessionCookie = "__Host-annulus";
 
+/// What stops the booth; for everybody.
+inline constexpr std::string_view kStopPath = "/api/stop";
+
 /// Set-Cookie's value that gives the browser this cookie (Secure, HttpOnly, SameSite=Strict, Path=/, RFC 6265bis).
 [[nodiscard]] std::string SessionCookieHeader(std::string_view cookie);
 
@@ -24,6 +28,8 @@ inline constexpr std::string_view kSessionCookie = "__Host-annulus";
 struct GateOptions {
   std::vector<std::string> host_names;  ///< Names beside localhost, 127.0.0.1 and [::1] under which we are reached.
   bool tls = true;                      ///< Origins begin with https.
+  /// Why our certificate cannot be relied on now; "" while it can. May be empty.
+  std::function<std::string()> certificate_problem = {};
 };
 
 /// Decides whether a request may go on to its route: docs/console_api.md §1, in the order of that table. Deny by
@@ -36,7 +42,8 @@ class RequestGate {
   /// The port we listen on. Until it is known every request is refused.
   void set_port(std::uint16_t port) { port_ = port; }
 
-  /// 403 unless there is one Host, and it is ours (DNS rebinding).
+  /// 403 unless there is one Host, and it is ours (DNS rebinding); 503 for all but STOP if it comes from afar while our
+  /// certificate cannot be relied on (fault row N7).
   [[nodiscard]] std::optional<ApiError> CheckHost(const HttpRequest& request) const;
 
   /// A request that was let through.

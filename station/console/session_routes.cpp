@@ -193,7 +193,8 @@ void AddSessionRoutes(RouteTable& table, ConsoleContext& context, ConsoleFrame& 
              [desk](const ApiRequest& request) { return LogOut(desk, request); }});
   table.Add({"POST", "/api/password", kLoggedIn, false, "password", "",
              [desk](const ApiRequest& request) { return ChangePassword(desk, request); }});
-  table.Add({"POST", "/api/stop", kEverybody, false, "stop", "", [desk](const ApiRequest&) { return Stop(desk); }});
+  table.Add({"POST", std::string(kStopPath), kEverybody, false, "stop", "",
+             [desk](const ApiRequest&) { return Stop(desk); }});
   table.Add(
       {"POST", "/api/visit/end", kOperators, false, "visit end", "", [desk](const ApiRequest& request) -> ApiResult {
          if (auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());

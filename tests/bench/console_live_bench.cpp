@@ -1,4 +1,4 @@
-// How soon a level that boothd sends is on its way to the browsers (issue 10: in the browser within 100 ms, p99).
+// How soon a level that boothd takes is with the browsers (must: within 100 ms, p99).
 
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -7,7 +7,9 @@
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -15,9 +17,13 @@
 #include <thread>
 #include <vector>
 
+#include "base/storage.h"
 #include "station/booth_server.h"
+#include "station/console/accounts.h"
 #include "station/console/booth_live.h"
+#include "station/console/console_server.h"
 #include "station/console/live_hub.h"
+#include "tests/console_whole/console_browser.h"
 
 namespace annulus {
 namespace {
@@ -79,6 +85,18 @@ ScanLevel WholeLevel(std::uint32_t index) {
   return level;
 }
 
+void ReportLatency(benchmark::State& state, std::vector<double> latency_ms) {
+  if (latency_ms.empty()) return;
+  std::sort(latency_ms.begin(), latency_ms.end());
+  const auto at = [&](double share) {
+    return latency_ms[static_cast<std::size_t>(share * static_cast<double>(latency_ms.size() - 1))];
+  };
+  state.counters["levels"] = static_cast<double>(latency_ms.size());
+  state.counters["p50_ms"] = at(0.5);
+  state.counters["p99_ms"] = at(0.99);
+  state.counters["max_ms"] = at(1.0);
+}
+
 /// From the level in boothd's mailbox to LiveHub::Send, through socket, link and JSON, at 30 levels a second and
 /// faster.
 void LevelToBrowsers(benchmark::State& state) {
@@ -104,18 +122,108 @@ void LevelToBrowsers(benchmark::State& state) {
     latency_ms.push_back(std::chrono::duration<double, std::milli>(hub.WaitLevel(index) - put).count());
     ++index;
   }
-  std::sort(latency_ms.begin(), latency_ms.end());
-  const auto at = [&](double share) {
-    return latency_ms[static_cast<std::size_t>(share * static_cast<double>(latency_ms.size() - 1))];
-  };
-  state.counters["p50_ms"] = at(0.5);
-  state.counters["p99_ms"] = at(0.99);
-  state.counters["max_ms"] = at(1.0);
+  ReportLatency(state, std::move(latency_ms));
   serving.request_stop();
   serving.join();
   std::filesystem::remove_all(folder);
 }
 BENCHMARK(LevelToBrowsers)->Iterations(2000)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+/// A console, whole, in front of a booth that only gives levels.
+class LiveConsole {
+ public:
+  LiveConsole() {
+    std::filesystem::create_directories(folder_);
+    auto socket = BoothSocket::Listen((folder_ / "booth.sock").string());
+    auto levels = LevelMailbox::Make();
+    if (!levels || !socket) throw std::runtime_error("no socket");
+    levels_ = std::move(*levels);
+    server_ = std::move(*BoothServer::Make(std::move(*socket), port_, *levels_));
+    serving_ = std::jthread([this](const std::stop_token& stop) { server_->Serve(stop); });
+    ConsoleServerOptions options;
+    options.config = SimulatedConfig();
+    options.folder = (folder_ / "store").string();
+    options.config.store.recordings = (folder_ / "recordings").string();
+    options.port = 0;
+    options.booth_socket = (folder_ / "booth.sock").string();
+    console_ = std::move(*ConsoleServer::Open(std::move(options), storage_, clock_));
+    if (!console_->accounts().Add("anna", StationRole::kOperator, test::kPassword) || !console_->Listen()) {
+      throw std::runtime_error("no console");
+    }
+  }
+  ~LiveConsole() {
+    console_.reset();
+    serving_ = {};
+    std::filesystem::remove_all(folder_);
+  }
+  LiveConsole(const LiveConsole&) = delete;
+  LiveConsole& operator=(const LiveConsole&) = delete;
+
+  LevelMailbox& levels() { return *levels_; }
+  /// A browser that is logged in.
+  [[nodiscard]] test::ConsoleBrowser Browser() const {
+    std::ifstream file(folder_ / "store/tls/authority.pem");
+    test::RawTarget target;
+    target.port = console_->port();
+    target.authority_pem = {std::istreambuf_iterator<char>(file), {}};
+    test::ConsoleBrowser browser(target);
+    if (browser.LogIn("anna").status != 200) throw std::runtime_error("no login");
+    return browser;
+  }
+
+ private:
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("annulus_live_console_" + std::to_string(::getpid()));
+  SystemClock clock_;
+  PosixStorage storage_;
+  StillPort port_;
+  std::unique_ptr<LevelMailbox> levels_;
+  std::unique_ptr<BoothServer> server_;
+  std::jthread serving_;
+  std::unique_ptr<ConsoleServer> console_;
+};
+
+/// Must: p99 100 ms. A scan of 1000 levels of 180 readings, 50 a second (the design case), from boothd's mailbox to so
+/// many browsers that are logged in, over unix socket, link, hub, TLS and WebSocket; the times are of all browsers.
+void LevelToTlsBrowsers(benchmark::State& state) {
+  constexpr std::uint32_t kLevels = 1000;
+  constexpr std::chrono::milliseconds kPeriod{20};
+  LiveConsole console;
+  test::ConsoleBrowser browser = console.Browser();
+  while (!browser.Get("/api/booth").json.value("connected", false)) std::this_thread::yield();
+  std::vector<std::unique_ptr<test::LiveListener>> listeners;
+  for (int i = 0; i < state.range(0); ++i) {
+    listeners.push_back(std::make_unique<test::LiveListener>(browser.OpenLive()));
+    static_cast<void>(listeners.back()->WaitFor("status"));
+  }
+  SystemClock clock;
+  std::vector<nanoseconds> put;
+  for (auto _ : state) {
+    nanoseconds next = clock.Now();
+    for (std::uint32_t index = 0; index < kLevels; ++index) {
+      clock.SleepUntil(next += kPeriod);
+      put.push_back(clock.Now());
+      console.levels().Put(WholeLevel(index));
+    }
+    clock.SleepUntil(next + 10 * kPeriod);  // for the last of them
+  }
+  std::vector<double> latency_ms;
+  for (const auto& listener : listeners) {
+    for (const auto& heard : listener->All()) {
+      if (heard.message.at("type") != "level") continue;
+      const nanoseconds took = heard.time - put.at(heard.message.at("level").get<std::size_t>());
+      latency_ms.push_back(std::chrono::duration<double, std::milli>(took).count());
+    }
+  }
+  ReportLatency(state, std::move(latency_ms));
+}
+BENCHMARK(LevelToTlsBrowsers)
+    ->ArgName("browsers")
+    ->Arg(1)
+    ->Arg(20)
+    ->Iterations(1)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace annulus

@@ -15,16 +15,18 @@ PASSWORDS = {"operator": "tidal crumbs vexed orbit", "technician": "gravel otter
 
 
 class Console:
-    """`annulus serve --simulated` on a free port, in a folder of its own."""
+    """`annulus serve --simulated` on a free port, in a folder of its own; its accounts are made at the first start."""
 
     def __init__(self, program, folder, *arguments):
-        password_file = os.path.join(folder, "passwords")
-        with open(password_file, "w", encoding="utf-8") as f:
-            f.writelines(f"{name} {password}\n" for name, password in PASSWORDS.items())
+        station = os.path.join(folder, "station")
+        if not os.path.isdir(station):
+            password_file = os.path.join(folder, "passwords")
+            with open(password_file, "w", encoding="utf-8") as f:
+                f.writelines(f"{name} {password}\n" for name, password in PASSWORDS.items())
+            arguments = ("--password-file", password_file, *arguments)
         self.started = time.monotonic()
         self.process = subprocess.Popen(
-            [program, "serve", "--simulated", "--port", "0", "--folder", os.path.join(folder, "station"), "--password-file",
-             password_file, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            [program, "serve", "--simulated", "--port", "0", "--folder", station, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.greeting = ""
         while "Ctrl-C ends it." not in self.greeting:
             line = self.process.stdout.readline()

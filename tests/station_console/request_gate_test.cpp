@@ -54,6 +54,23 @@ TEST_F(RequestGateTest, BeforeThePortIsKnownNothingGoesThrough) {
   EXPECT_TRUE(fresh.CheckHost(request));
 }
 
+/// Fault row N7.
+TEST_F(RequestGateTest, FromAfarNothingButStopIsLetInWhileTheCertificateCannotBeReliedOn) {
+  std::string problem = "the certificate ended, says this clock";
+  RequestGate gate({{}, true, [&] { return problem; }}, desk_.sessions);
+  gate.set_port(8437);
+  const HttpRequest page = Browser(desk_, false).GetRequest("/");
+  const auto refused = gate.CheckHost(page);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 503);
+  EXPECT_EQ(refused->error.seen, problem);
+  EXPECT_FALSE(gate.CheckSocket(Browser(desk_, false).PostRequest("/api/live", "")));
+  EXPECT_FALSE(gate.CheckHost(Browser(desk_, false).PostRequest("/api/stop", "{}")));
+  EXPECT_FALSE(gate.CheckHost(Browser(desk_).GetRequest("/"))) << "the booth's own screen";
+  problem.clear();
+  EXPECT_FALSE(gate.CheckHost(page));
+}
+
 TEST_F(RequestGateTest, AGetFromAnotherSitesPageIsRefused) {
   Browser browser(desk_);
   HttpRequest request = browser.GetRequest("/api/session");
