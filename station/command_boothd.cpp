@@ -105,8 +105,9 @@ std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const Key
 }
 
 Status Serve(const BoothdCommand& options, CommandIo& io) {
-  const auto config = ReadConfig(io.storage(), options.config);
+  auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
+  config->store.recordings = options.recordings;
   if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
     io.set_failure_code(2);
     return sealed;
@@ -162,7 +163,7 @@ void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
       ->type_name("F")
       ->capture_default_str();
   command->add_option("--socket", options->socket, "Unix socket to serve")->type_name("PATH")->capture_default_str();
-  command->add_option("--recordings", options->recordings, "folder of the recordings")
+  command->add_option("--recordings", options->recordings, "folder of the recordings, and of the calibration that was accepted at the console")
       ->type_name("DIR")
       ->capture_default_str();
   AddKeyFileOption(*command, options->key_file);

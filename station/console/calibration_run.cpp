@@ -85,7 +85,7 @@ Status CalibrationRun::Begin(CalibrationOrder order) {
   order_ = std::move(order);
   guide_.emplace(order_.plan, RingCalibration::Ideal(context_.config.ring.radius_mm));
   if (taker_ == nullptr) {
-    taker_ = PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, nullptr);
+    taker_ = PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, context_.station_keys);
   }
   steps_.assign(order_.plan.placements.size(), Step{});
   ++number_;
@@ -166,7 +166,7 @@ void CalibrationRun::WaitForScan() {
 
 /// The calibration in force, copied into the folder; false if there is none that can be read.
 Result<bool> CalibrationRun::PutPrevious() {
-  const std::string& in_force = context_.config.calibration.file;
+  const std::string in_force = CalibrationPath(context_.config);
   if (in_force.empty() || !context_.storage.Exists(in_force)) {
     if (!order_.board) return false;
     return Fail(kAttempted, "no calibration is in force that a lone board could join", "calibrate the whole ring");

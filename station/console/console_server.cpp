@@ -157,7 +157,7 @@ class Server final : public ConsoleServer {
  private:
   void AddRoutes() {
     context_ = std::make_unique<ConsoleContext>(ConsoleContext{options_.config, options_.config_path, *store_, *link_,
-                                                               *live_, *jobs_, *models_, *scratch_, storage_, clock_});
+                                                               *live_, *jobs_, *models_, *scratch_, storage_, clock_, keys_.get()});
     frame_ = std::make_unique<ConsoleFrame>(ConsoleFrame{*accounts_, sessions_, *audit_, [this] {
                                                            const std::lock_guard lock(identity_mutex_);
                                                            return CertificateProblem(identity_, WallSeconds(clock_));
