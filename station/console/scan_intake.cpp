@@ -18,6 +18,7 @@
 #include "station/console/scan_json.h"
 #include "station/console/scan_judgement.h"
 #include "station/console/scan_tickets.h"
+#include "station/console/technician_drift.h"
 #include "station/store/store.h"
 
 namespace annulus {
@@ -126,10 +127,13 @@ class Intake final : public ScanIntake {
     Audit("scan", added->id, "ok");
     Log(LogLevel::kInfo, "scan " + added->id + " taken in from " + id);
     Tell(added->customer_id, added->id, std::nullopt);
-    if (judged.parked) return {};
-    // The scan is safe; a fit that cannot be started now is asked for again.
-    const auto job = StartFitJob(context_, added->id, ticket.user);
-    if (!job) Log(LogLevel::kError, "fit of " + added->id + ": " + job.error().Text());
+    // The scan is safe; a fit that cannot be started now is asked for again, drift is looked for after the next scan.
+    if (!judged.parked) {
+      const auto job = StartFitJob(context_, added->id, ticket.user);
+      if (!job) Log(LogLevel::kError, "fit of " + added->id + ": " + job.error().Text());
+    }
+    const auto drift = StartDriftUpdate(context_, "");
+    if (!drift) Log(LogLevel::kError, "drift after " + added->id + ": " + drift.error().Text());
     return {};
   }
 
