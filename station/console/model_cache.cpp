@@ -51,6 +51,14 @@ class Cache final : public ModelCache {
     return *opened;
   }
 
+  void Change(const OpenModel& from, std::shared_ptr<const OpenModel> to) override {
+    const std::lock_guard lock(mutex_);
+    ++drops_;  // one that is being opened has the landmarks of before
+    for (Entry& entry : entries_) {
+      if (entry.model.get() == &from) entry = {to, SteadyClock::now()};
+    }
+    entries_.remove_if([&](const Entry& entry) { return entry.model->scan_id == to->scan_id && entry.model != to; });
+  }
   void Drop(const std::string& scan_id) override {
     const std::lock_guard lock(mutex_);
     ++drops_;

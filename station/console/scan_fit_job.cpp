@@ -53,11 +53,13 @@ Result<Json> KeepFit(ConsoleContext& context, const std::string& scan_id, const 
 }  // namespace
 
 Status KeepMeasurements(ConsoleContext& context, const std::string& scan_id) {
-  const auto scan = context.store.GetScan(scan_id);
-  if (!scan) return Fail(scan);
   const auto open = context.models.Open(scan_id);
-  if (!open) return Fail(open);
-  const OpenModel& model = **open;
+  return open ? KeepMeasurements(context, **open) : Status(Fail(open));
+}
+
+Status KeepMeasurements(ConsoleContext& context, const OpenModel& model) {
+  const auto scan = context.store.GetScan(model.scan_id);
+  if (!scan) return Fail(scan);
   Artefact landmarks = ArtefactOf(*scan, "landmarks", "landmarks.json", "landmarks");
   landmarks.derived = std::none_of(model.landmarks.found.begin(), model.landmarks.found.end(),
                                    [](const Landmark& one) { return one.source == LandmarkSource::kGiven; });
