@@ -13,6 +13,7 @@
 #include "station/console/console_context.h"
 #include "station/console/job_folder.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/target_text.h"
 
 namespace annulus {

@@ -14,6 +14,7 @@
 #include "station/console/calibration_records.h"
 #include "station/console/calibration_steps.h"
 #include "station/console/job_runner.h"
+#include "station/console/route_errors.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"
 
@@ -43,10 +44,6 @@ Json PictureJson(const PlannedPlacement& placement, const CalibrationTarget& tar
           {"tilt_to_deg", placement.tilt_to_deg},
           {"turn_deg", NumberOrNull(placement.turn_deg)},
           {"verify", placement.verify}};
-}
-
-Json ErrorJson(const Error& error) {
-  return {{"attempted", error.attempted}, {"seen", error.seen}, {"advice", error.advice}};
 }
 
 }  // namespace
@@ -85,7 +82,8 @@ Status CalibrationRun::Begin(CalibrationOrder order) {
   order_ = std::move(order);
   guide_.emplace(order_.plan, RingCalibration::Ideal(context_.config.ring.radius_mm));
   if (taker_ == nullptr) {
-    taker_ = PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, context_.station_keys);
+    taker_ =
+        PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, context_.station_keys);
   }
   steps_.assign(order_.plan.placements.size(), Step{});
   ++number_;

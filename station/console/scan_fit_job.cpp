@@ -6,9 +6,9 @@
 
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/table/table.h"
-#include "station/console/job_folder.h"
 #include "station/console/job_runner.h"
 #include "station/console/model_cache.h"
+#include "station/console/scan_json.h"
 #include "station/console/scan_measurements.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"

@@ -14,6 +14,7 @@
 
 #include "base/log.h"
 #include "station/console/live_hub.h"
+#include "station/console/route_errors.h"
 #include "station/console/scan_fit_job.h"
 #include "station/console/scan_json.h"
 #include "station/console/scan_judgement.h"
@@ -187,9 +188,7 @@ class Intake final : public ScanIntake {
                  {"customer_id", customer_id.empty() ? Json(nullptr) : Json(customer_id)},
                  {"scan", nullptr},
                  {"error", nullptr}};
-    if (error) {
-      message["error"] = {{"attempted", error->attempted}, {"seen", error->seen}, {"advice", error->advice}};
-    }
+    if (error) message["error"] = ErrorJson(*error);
     const auto scan = scan_id.empty() ? Result<ScanRow>(Fail("", "", "")) : context_.store.GetScan(scan_id);
     if (scan) message["scan"] = ScanToJson(context_.store, *scan, StationRole::kOperator);
     context_.live.Send(message, kOperators);

@@ -243,6 +243,18 @@ TEST_F(MeasureRoutes, MoveALandmarkOnTheSurfaceThatIsOpen) {
   EXPECT_TRUE(waist == nullptr || waist->source != LandmarkSource::kGiven);
 }
 
+TEST_F(MeasureRoutes, MakeNoFreeSewingFileOfAHeadAlone) {
+  const std::string document = "/api/scans/" + scan_ + "/document?kind=freesewing";
+  ASSERT_EQ(Ask("landmarks", {{"set", {{{"id", "level.head"}, {"z_mm", 220.0}}}}}).status, 200);
+  const Answer head = routes_.Get(document);
+  EXPECT_EQ(head.status, 409);
+  EXPECT_THAT(head.seen, HasSubstr("none of chest, waist or hip"));
+  ASSERT_EQ(Ask("landmarks", {{"set", {{{"id", "level.waist"}, {"z_mm", 140.0}}}}}).status, 200);
+  const Answer body = routes_.Get(document);
+  ASSERT_EQ(body.status, 200) << body.seen;
+  EXPECT_NEAR(body.json.at("waist").get<double>(), kPi2 * kRadius, 0.05);
+}
+
 TEST_F(MeasureRoutes, KeepTheStoresLandmarksWhenTwoMoveThemAtOnce) {
   const auto before = *parts_.models().Open(scan_);
   const auto with = [&](double z) {
