@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "station/booth_messages.h"
+
 namespace annulus {
 namespace {
 
