@@ -17,6 +17,8 @@ from booth_socket import BoothSocket, Refused
 
 # The head of the simulated body, so that the sensors have something to see; the drive's home is above.
 CONFIG = """
+[sim]
+real_time = true
 [profile.short]
 z_top_mm = 1700
 z_bottom_mm = 1600
@@ -34,7 +36,7 @@ level_rate_hz = 20
 """
 
 ATTEMPTS = 5
-TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost"}
+TIMING = {"host_late", "host_hang", "thread_dead", "following_error", "axis_link", "axis_fault", "sensor_lost", "sensor_data"}
 
 
 def in_real_time(test):
