@@ -118,11 +118,10 @@ class Calibration(ConsoleTest):
                                   cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.end, boothd)
         self.assertTrue(boothd.stdout.readline().startswith("serving the booth on "))
-        console = self.start("--socket", socket, config=self.path("booth.toml"))
-        Browser(console.port).set_up()
-        self.operator = self.browser(console, "operator")
-        self.technician = self.browser(console, "technician")
-        self.customer, self.consent = self.operator.somebody()
+        self.console = self.start("--socket", socket, config=self.path("booth.toml"))
+        Browser(self.console.port).set_up()
+        self.user, self.page = "operator", self.browser(self.console, "operator")
+        self.customer, self.consent = self.page.somebody()
 
     @staticmethod
     def end(process):
@@ -131,8 +130,14 @@ class Calibration(ConsoleTest):
         process.stdout.close()
         process.stderr.close()
 
+    def turn(self, user):
+        """Only one session works with the booth: whoever is there logs out."""
+        if user != self.user:
+            self.page.asks("/api/logout")
+            self.user, self.page = user, self.browser(self.console, user)
+
     def status(self):
-        answer = self.operator.get("/api/booth")[1]
+        answer = self.page.get("/api/booth")[1]
         return answer["status"] if answer["connected"] else None
 
     def wait_state(self, *states):
@@ -143,24 +148,24 @@ class Calibration(ConsoleTest):
         return self.wait_for(reached, 120)
 
     def visits(self):
-        return [scan["id"] for scan in self.operator.get(f"/api/customers/{self.customer}")[1]["visits"]]
+        return [scan["id"] for scan in self.page.get(f"/api/customers/{self.customer}")[1]["visits"]]
 
     def try_to_scan(self):
         """Home, arm, the start key that the simulated operator presses, start; whether a whole scan came of it."""
         state = self.wait_state("IDLE")["state"]
         if state == "FAULT":
-            self.technician.asks("/api/booth/acknowledge")
+            self.page.asks("/api/booth/acknowledge")
             self.wait_state("IDLE")
         if not self.status()["homed"]:
-            self.operator.asks("/api/booth/home")
+            self.page.asks("/api/booth/home")
             self.wait_for(lambda: self.status()["homed"] or self.status()["state"] == "FAULT", 120)
         before = set(self.visits())
-        self.operator.asks("/api/booth/arm", {"customer_id": self.customer, "consent_id": self.consent, "profile": "belt"})
+        self.page.asks("/api/booth/arm", {"customer_id": self.customer, "consent_id": self.consent, "profile": "belt"})
         armed = self.wait_state("ARMED")
         if armed["state"] == "FAULT":
             return None
         pressed = self.wait_for(lambda: self.status()["start_presses"] > armed["start_presses"] and self.status(), 60)
-        status, answer = self.operator.post("/api/booth/start", {"version": pressed["version"]})
+        status, answer = self.page.post("/api/booth/start", {"version": pressed["version"]})
         if status != 200:
             return None
         self.wait_state("IDLE")
@@ -170,6 +175,7 @@ class Calibration(ConsoleTest):
 
     def scan(self):
         """A scan's id; tried again where the machine was too busy for real time."""
+        self.turn("operator")
         for _ in range(MOST_TRIES):
             scan = self.try_to_scan()
             if scan:
@@ -180,33 +186,35 @@ class Calibration(ConsoleTest):
 
     def calibration_of(self, scan):
         """The hash of the calibration that a scan carries; "" of an ideal ring."""
-        job = self.technician.asks(f"/api/technician/recordings/{scan}/inspect")
-        return self.technician.wait_job(job)["result"]["calibration"]
+        self.turn("technician")
+        job = self.page.asks(f"/api/technician/recordings/{scan}/inspect")
+        return self.page.wait_job(job)["result"]["calibration"]
 
     def calibrate(self):
         """Every step of the guide, then the solve; its result."""
-        run = self.technician.asks("/api/calibration/begin", {"target": TARGETS})
+        self.turn("technician")
+        run = self.page.asks("/api/calibration/begin", {"target": TARGETS})
         for step in range(len(run["steps"])):
-            self.technician.asks("/api/calibration/take", {"step": step})
+            self.page.asks("/api/calibration/take", {"step": step})
             ended = self.wait_for(lambda: self.not_scanning(), 120)
             self.assertEqual(ended["steps"][step]["state"], "taken", ended)
-        return self.technician.wait_job(self.technician.asks("/api/calibration/solve"))["result"]
+        return self.page.wait_job(self.page.asks("/api/calibration/solve"))["result"]
 
     def not_scanning(self):
-        run = self.technician.get("/api/calibration")[1]["run"]
+        run = self.page.get("/api/calibration")[1]["run"]
         return run if run["state"] != "scanning" else None
 
     def test_one_that_is_accepted_is_carried_by_the_next_scan(self):
         self.assertEqual(self.calibration_of(self.scan()), "", "nobody has calibrated the ring yet")
-        self.assertIsNone(self.technician.get("/api/calibration")[1]["current"])
+        self.assertIsNone(self.page.get("/api/calibration")[1]["current"])
         result = self.calibrate()
         self.assertIs(result["passed"], True, result["limits"])
         self.assertEqual(len(result["plots"]["after_mm"]), 180)
-        accepted = self.technician.asks("/api/calibration/accept", {"confirm": True})
+        accepted = self.page.asks("/api/calibration/accept", {"confirm": True})
         self.assertIs(accepted["in_force"], True)
         name = accepted["name"]
-        kept = self.technician.get(f"/api/calibration/report/{name}?file=CAL.json")[1]
-        self.assertEqual(self.technician.get("/api/calibration")[1]["current"]["name"], name)
+        kept = self.page.get(f"/api/calibration/report/{name}?file=CAL.json")[1]
+        self.assertEqual(self.page.get("/api/calibration")[1]["current"]["name"], name)
         with open(self.path("station/recordings/calibration.json"), encoding="utf-8") as f:
             self.assertEqual(json.load(f), kept)
         self.assertEqual(os.stat(self.path("station/recordings/calibration.json")).st_mode & 0o777, 0o644,
