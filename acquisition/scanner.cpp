@@ -18,10 +18,6 @@ constexpr std::size_t kMostWarnings = 20;
 
 }  // namespace
 
-bool ArmReport::passed() const {
-  return std::all_of(checks.begin(), checks.end(), [](const ArmCheck& check) { return check.result.has_value(); });
-}
-
 Scanner::State::State(ScannerDevices given, ScanGate& the_gate, Storage& the_storage, Clock& the_clock,
                       ScannerOptions the_options)
     : devices(given),
@@ -60,12 +56,12 @@ void Scanner::State::NoteChangeLocked(const ScanEvent& event, ScanState before, 
                              ScanEventText(event.kind) + ")");
 }
 
-void Scanner::State::Warn(const std::string& text) {
+void Scanner::State::Warn(ScanWarning warning) {
   const std::scoped_lock lock(mutex);
-  if (std::find(warnings.begin(), warnings.end(), text) != warnings.end()) return;
+  if (std::find(warnings.begin(), warnings.end(), warning) != warnings.end()) return;
   if (warnings.size() == kMostWarnings) warnings.erase(warnings.begin());
-  warnings.push_back(text);
-  NoteLocked(clock.Now(), "warning: " + text);
+  NoteLocked(clock.Now(), "warning: " + warning.text);
+  warnings.push_back(std::move(warning));
 }
 
 Status Scanner::State::Handle(const ScanEvent& event) {
@@ -228,8 +224,8 @@ ScannerStatus Scanner::State::Report() const {
   status.chain = notices;
   status.lines = last_lines;
   status.warnings = warnings;
-  if (!reference_note.empty()) status.warnings.push_back(reference_note);
-  if (!temperature_note.empty()) status.warnings.push_back(temperature_note);
+  if (reference_lost) status.warnings.push_back(*reference_lost);
+  if (far_temperature) status.warnings.push_back(*far_temperature);
   status.job = JobText(running != Job::kNone ? running : order);
   status.stage = stage;
   status.done = done;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/arm_check.h"
 #include "acquisition/beat_clock.h"
 #include "acquisition/bus_tap.h"
 #include "acquisition/recording.h"
@@ -16,6 +17,7 @@
 #include "acquisition/scan_quality.h"
 #include "acquisition/scan_run.h"
 #include "acquisition/scan_sink.h"
+#include "acquisition/scan_warning.h"
 #include "base/clock.h"
 #include "base/result.h"
 #include "base/storage.h"
@@ -33,17 +35,6 @@ struct ScannerDevices {
   Interlock& interlock;
   BeatClock& clock;       ///< That of ring and axis.
   BusTap* tap = nullptr;  ///< Null: no raw bytes are recorded.
-};
-
-/// One of the checks before a scan.
-struct ArmCheck {
-  std::string name;  ///< "homed", "boards", "disk"
-  Status result;
-};
-struct ArmReport {
-  std::vector<ArmCheck> checks;            ///< All of them, also after the first that failed.
-  std::vector<std::string> plan_adjusted;  ///< Why the plan is not what was asked for.
-  [[nodiscard]] bool passed() const;
 };
 
 /// How a scan, or a search, ended.
@@ -69,7 +60,7 @@ struct ScannerStatus {
   std::string held_by;                 ///< Why the chain holds the outputs, if it does.
   std::vector<InterlockNotice> chain;  ///< What is wrong with the chain.
   std::optional<SafetyLines> lines;    ///< Of the chain, since they last changed; nothing before the first reading.
-  std::vector<std::string> warnings;   ///< What stops nothing: late ticks, a slow disk, lamps.
+  std::vector<ScanWarning> warnings;   ///< What stops nothing: late ticks, a slow disk, lamps.
   std::string job;                     ///< What the worker does: "", "home", "arm", "scan", "jog", "recover".
   std::string stage;                   ///< Of it, for people.
   double done = 0.0;                   ///< Of `total` units of the stage.

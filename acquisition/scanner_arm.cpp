@@ -88,42 +88,43 @@ void Scanner::State::DropRecording() {
 }
 
 Status Scanner::State::Check(ArmReport& report) {
-  const auto check = [&report](std::string name, Status outcome) {
-    report.checks.push_back({std::move(name), std::move(outcome)});
+  using Code = ArmCheckCode;
+  const auto check = [&report](ArmCheckCode code, Status outcome) {
+    report.checks.push_back({ArmCheckName(code), std::move(outcome)});
   };
   const TaskContext task = Task();
   task.Report("check the booth", 0, 1);
   {
     const std::scoped_lock lock(mutex);
-    check("watchdog_relay", relay_tested);
-    check("chain", reading.latched ? Fail("arm a scan", reading.held_by, "press the reset button") : Status{});
-    check("homed", machine.homed() ? Status{} : Fail("arm a scan", "the axis is not homed", "home it"));
-    check("alarms", machine.causes().empty()
-                        ? Status{}
-                        : Fail("arm a scan", machine.causes().front().text, machine.causes().front().advice));
+    check(Code::kWatchdogRelay, relay_tested);
+    check(Code::kChain, reading.latched ? Fail("arm a scan", reading.held_by, "press the reset button") : Status{});
+    check(Code::kHomed, machine.homed() ? Status{} : Fail("arm a scan", "the axis is not homed", "home it"));
+    check(Code::kAlarms, machine.causes().empty()
+                             ? Status{}
+                             : Fail("arm a scan", machine.causes().front().text, machine.causes().front().advice));
     const bool stuck = std::any_of(notices.begin(), notices.end(), [](const InterlockNotice& notice) {
       return notice.fault == InterlockFault::kResetStuck && notice.present;
     });
-    check("buttons",
+    check(Code::kButtons,
           stuck ? Fail("arm a scan", "the reset button is pressed all the time", "release or mend it") : Status{});
-    check("brake", reading[In::kBrakeFeedback]
-                       ? Fail("arm a scan", "the brake says that it is released", "check brake and its switch")
-                       : Status{});
+    check(Code::kBrake, reading[In::kBrakeFeedback]
+                            ? Fail("arm a scan", "the brake says that it is released", "check brake and its switch")
+                            : Status{});
   }
-  check("drive", devices.axis.Verify());
+  check(Code::kDrive, devices.axis.Verify());
   const GateAnswer answer = gate.Ask(armed, Machine());
-  check("customer", answer.customer);
-  check("consent", answer.consent);
-  check("store", answer.store);
-  check("calibration", answer.calibration);
-  check("reference", answer.reference);
-  check("wall_clock", clock.WallNow() >= kClockSane
-                          ? Status{}
-                          : Fail("arm a scan", "the computer's clock is not set", "set date and time"));
+  check(Code::kCustomer, answer.customer);
+  check(Code::kConsent, answer.consent);
+  check(Code::kStore, answer.store);
+  check(Code::kCalibration, answer.calibration);
+  check(Code::kReference, answer.reference);
+  check(Code::kWallClock, clock.WallNow() >= kClockSane
+                              ? Status{}
+                              : Fail("arm a scan", "the computer's clock is not set", "set date and time"));
   if (options.host_checks) {
     for (ArmCheck& one : options.host_checks()) report.checks.push_back(std::move(one));
   }
-  check("ring", ProveRing());
+  check(Code::kRing, ProveRing());
   WatchTemperature();
   Status planned;
   if (armed.search) {
@@ -137,8 +138,8 @@ Status Scanner::State::Check(ArmReport& report) {
       report.plan_adjusted.clear();
     }
   }
-  check("plan", planned);
-  if (!armed.search) check("disk", report.passed() ? MakeRecording(report.plan_adjusted) : Status{});
+  check(Code::kPlan, planned);
+  if (!armed.search) check(Code::kDisk, report.passed() ? MakeRecording(report.plan_adjusted) : Status{});
   return report.passed() ? Status{} : Fail("arm a scan", "not all checks passed", "see the list");
 }
 
@@ -187,18 +188,21 @@ bool Scanner::State::ReferenceLost() const {
 void Scanner::State::WatchReference() {
   const ReferenceBoard* reference = devices.ring.reference();
   if (reference == nullptr) return;
-  const std::string note = reference->trouble.empty()
-                               ? ""
-                               : "reference board " + std::to_string(reference->serial) +
-                                     " gives no readings, scans do without: " + reference->trouble;
+  std::optional<ScanWarning> warning;
+  if (!reference->trouble.empty()) {
+    warning = {WarningCode::kReferenceLost,
+               "reference board " + std::to_string(reference->serial) +
+                   " gives no readings, scans do without: " + reference->trouble,
+               {static_cast<double>(reference->serial)}};
+  }
   const std::scoped_lock lock(mutex);
-  reference_note = note;
+  reference_lost = std::move(warning);
 }
 
 void Scanner::State::WatchTemperature() {
   constexpr double kFar = 5.0;  // degrees: offsets of a ring are known to rise by up to some 0.05 mm per degree
   const RingCalibration& calibration = armed.header.calibration;
-  std::string note;
+  std::optional<ScanWarning> warning;
   const bool unknown = !calibration.certificate.empty() && calibration.range_mm_per_c == 0.0;
   if (unknown && ring_temperature_c && std::abs(*ring_temperature_c - calibration.reference_c) > kFar) {
     char text[200];
@@ -206,10 +210,10 @@ void Scanner::State::WatchTemperature() {
                   "the ring has %.0f degrees, it was calibrated at %.0f, and how its ranges change with temperature is "
                   "not known: let it warm up, or calibrate it at this temperature",
                   *ring_temperature_c, calibration.reference_c);
-    note = text;
+    warning = {WarningCode::kRingTemperature, text, {*ring_temperature_c, calibration.reference_c}};
   }
   const std::scoped_lock lock(mutex);
-  temperature_note = note;
+  far_temperature = std::move(warning);
 }
 
 Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjusted) {
@@ -249,8 +253,8 @@ Status Scanner::State::MakeRecording(const std::vector<std::string>& plan_adjust
   for (const std::string& reason : plan_adjusted) {
     RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "plan adjusted: " + reason));
   }
-  if (!temperature_note.empty()) {
-    RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "warning: " + temperature_note));
+  if (far_temperature) {
+    RETURN_IF_ERROR(writer->AppendEvent(devices.clock.Now(), "warning: " + far_temperature->text));
   }
   return devices.tap == nullptr ? Status{} : devices.tap->Attach(*writer);
 }

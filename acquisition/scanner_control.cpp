@@ -101,7 +101,9 @@ void Scanner::State::JudgeTickTime(nanoseconds now) {
   if (gap <= kTickLate) return;
   late_ticks.push_back(now);
   while (now - late_ticks.front() > kLateWindow) late_ticks.pop_front();
-  if (late_ticks.size() >= kMostLate) Warn("the computer is busy: three control ticks in a second were late");
+  if (late_ticks.size() >= kMostLate) {
+    Warn({WarningCode::kTicksLate, "the computer is busy: three control ticks in a second were late", {}});
+  }
 }
 
 void Scanner::State::JudgeGapLocked(nanoseconds gap, nanoseconds now) {
@@ -128,7 +130,10 @@ void Scanner::State::JudgeWallClock(nanoseconds now) {
   const nanoseconds jump = wall_offset ? offset - *wall_offset : nanoseconds(0);
   wall_offset = offset;
   if (std::chrono::abs(jump) < kWallJump) return;
-  Warn("the computer's wall clock was set by " + std::to_string(jump / milliseconds(1)) + " ms");
+  const auto by_ms = jump / milliseconds(1);
+  Warn({WarningCode::kWallClockSet,
+        "the computer's wall clock was set by " + std::to_string(by_ms) + " ms",
+        {static_cast<double>(by_ms)}});
 }
 
 std::optional<CauseCode> Scanner::State::WhyBroken() const {
@@ -290,7 +295,9 @@ void Scanner::State::SetLines() {
     std::swap(acknowledge, chain_acknowledged);
   }
   if (!acknowledge) return;
-  if (const Status ended = interlock.Acknowledge(); !ended) Warn(ended.error().seen + ": " + ended.error().advice);
+  if (const Status ended = interlock.Acknowledge(); !ended) {
+    Warn({WarningCode::kNotAcknowledged, ended.error().seen + ": " + ended.error().advice, {}});
+  }
 }
 
 void Scanner::State::LogLines(nanoseconds now) {

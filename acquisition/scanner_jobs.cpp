@@ -271,7 +271,7 @@ void Scanner::State::Recover() {
     if (!seen) found = Fail(seen);
   }
   if (found) found = devices.axis.Verify();
-  if (!found) return Warn(found.error().seen + ": " + found.error().advice);
+  if (!found) return Warn({WarningCode::kNotAcknowledged, found.error().seen + ": " + found.error().advice, {}});
   ScanEvent event;
   event.kind = ScanEventKind::kAcknowledged;
   event.role = CauseRole::kService;  // whoever acknowledged was asked for the role when the order was taken

@@ -128,7 +128,7 @@ Status Scanner::State::Kept(Status status) {
 Status Scanner::State::AppendLevel(const ScanLevel& level) {
   RETURN_IF_ERROR(DrainLogs());
   RETURN_IF_ERROR(Kept(writer->AppendLevel(level)));
-  if (const std::string slow = writer->disk_note(); !slow.empty()) Warn(slow);
+  if (const std::string slow = writer->disk_note(); !slow.empty()) Warn({WarningCode::kDiskSlow, slow, {}});
   WatchReference();
   if (options.on_level) options.on_level(level);
   JudgeQuality(level);

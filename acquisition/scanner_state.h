@@ -42,7 +42,7 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   /// What the control tick or the worker wants to be remembered.
   void NoteLocked(std::chrono::nanoseconds time, std::string text);
   void NoteChangeLocked(const ScanEvent& event, ScanState before, std::size_t causes);
-  void Warn(const std::string& text);
+  void Warn(ScanWarning warning);
   [[nodiscard]] ScanState state() const;
 
   // --- control thread (scanner_control.cpp) ---
@@ -145,9 +145,10 @@ struct Scanner::State final : DeviceSupervisor, ScanSink {
   std::uint64_t start_presses = 0;
   std::uint64_t start_version = 0;  ///< Of the machine, when the start key was pressed last.
   std::chrono::nanoseconds start_pressed_at{0};
-  std::vector<std::string> warnings;
-  std::string reference_note;    ///< Why the reference board gives no readings now; a warning while it is so.
-  std::string temperature_note;  ///< Why the calibration may not hold at the ring's temperature; likewise.
+  std::vector<ScanWarning> warnings;
+  std::optional<ScanWarning> reference_lost;  ///< Why the reference board gives no readings now; while it is so.
+  std::optional<ScanWarning>
+      far_temperature;  ///< Why the calibration may not hold at the ring's temperature; likewise.
   std::string stage;
   double done = 0.0;
   double total = 0.0;

@@ -111,6 +111,10 @@ struct ReplyMessage {
   std::uint64_t id = 0;
   Status result;
 };
+inline constexpr std::size_t kChainFaults = static_cast<std::size_t>(InterlockFault::kLampLost) + 1;
+/// Of the safety chain, as in `chain` of a status: "lamp_lost".
+[[nodiscard]] const char* ChainFaultName(InterlockFault fault);
+
 /// Sent on every change, at least every 500 ms, and after a hello.
 struct StatusMessage {
   ScannerStatus scanner;

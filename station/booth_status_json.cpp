@@ -10,9 +10,11 @@ namespace {
 constexpr std::size_t kMaxList = 64;
 constexpr std::size_t kMaxPathBytes = 4096;
 
+constexpr std::size_t kMaxValues = 8;
 constexpr std::array kFaultNames{"channels_disagree",  "welded_contact",   "brake_open",
                                  "no_enable_feedback", "watchdog_dropped", "output_differs",
                                  "lines_failed",       "reset_stuck",      "lamp_lost"};
+static_assert(kFaultNames.size() == kChainFaults);
 
 BoothJson Texts(const std::vector<std::string>& texts) {
   BoothJson list = BoothJson::array();
@@ -55,8 +57,26 @@ ScanCause ReadCause(FieldReader& fields) {
   return cause;
 }
 
+BoothJson JsonFromWarning(const ScanWarning& warning) {
+  return {{"code", WarningName(warning.code)}, {"text", Clipped(warning.text)}, {"values", warning.values}};
+}
+
+ScanWarning ReadWarning(FieldReader& fields) {
+  ScanWarning warning;
+  const std::string name = fields.Words("code");
+  for (std::size_t code = 0; code < kWarningCodes; ++code) {
+    if (name == WarningName(static_cast<WarningCode>(code))) warning.code = static_cast<WarningCode>(code);
+  }
+  warning.text = fields.Words("text");
+  fields.Array("values", kMaxValues, [&](const BoothJson& value) {
+    if (!value.is_number()) return fields.Wrong("values", value, "a list of numbers");
+    warning.values.push_back(value.get<double>());
+  });
+  return warning;
+}
+
 BoothJson JsonFromNotice(const InterlockNotice& notice) {
-  return {{"fault", kFaultNames.at(static_cast<std::size_t>(notice.fault))},
+  return {{"fault", ChainFaultName(notice.fault)},
           {"present", notice.present},
           {"text", Clipped(notice.text)},
           {"advice", Clipped(notice.advice)},
@@ -216,6 +236,8 @@ ScanState ReadState(FieldReader& fields) {
 
 }  // namespace
 
+const char* ChainFaultName(InterlockFault fault) { return kFaultNames.at(static_cast<std::size_t>(fault)); }
+
 BoothJson JsonFromResult(const ScanResult& result) {
   return {{"number", result.number},
           {"error", JsonFromStatus(result.status)},
@@ -249,7 +271,7 @@ void PutStatus(const StatusMessage& message, BoothJson& json) {
   json["held_by"] = Clipped(s.held_by);
   json["chain"] = List(s.chain, JsonFromNotice);
   json["lines"] = s.lines ? JsonFromLines(*s.lines) : BoothJson(nullptr);
-  json["warnings"] = Texts(s.warnings);
+  json["warnings"] = List(s.warnings, JsonFromWarning);
   json["job"] = Clipped(s.job);
   json["stage"] = Clipped(s.stage);
   json["done"] = FiniteOrNull(s.done);
@@ -273,7 +295,7 @@ StatusMessage ReadStatus(FieldReader& fields) {
   s.held_by = fields.Words("held_by");
   fields.Objects("chain", kMaxList, [&](FieldReader& notice) { s.chain.push_back(ReadNotice(notice)); });
   if (fields.Has("lines")) fields.Object("lines", [&](FieldReader& lines) { s.lines = ReadLines(lines); });
-  s.warnings = fields.Texts("warnings", kMaxList);
+  fields.Objects("warnings", kMaxList, [&](FieldReader& warning) { s.warnings.push_back(ReadWarning(warning)); });
   s.job = fields.Words("job");
   s.stage = fields.Words("stage");
   s.done = fields.NumberOrNan("done");

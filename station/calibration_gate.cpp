@@ -19,22 +19,35 @@ bool MustBeCalibrated(const Config& config) {
   return config.ring.bus != RingBus::kSimulated;
 }
 
+/// Nothing if the ring was never calibrated. A file that the configuration names has to be there; one that a console
+/// would have accepted need not.
+Result<std::optional<CalibrationFile>> ReadFileInForce(const Config& config, Storage& storage) {
+  const std::string path = CalibrationPath(config);
+  const bool named = !config.calibration.file.empty();
+  if (path.empty() || (!named && !storage.Exists(path))) return std::optional<CalibrationFile>();
+  auto file = ReadCalibrationFile(storage, path);
+  if (!file) return Fail(file);
+  return std::optional(std::move(*file));
+}
+
 }  // namespace
 
 bool IsTargetProfile(const std::string& profile) { return profile.rfind("target", 0) == 0; }
 
 Result<RingCalibration> CalibrationInForce(const Config& config, const std::string& profile, Storage& storage) {
   RingCalibration ideal = RingCalibration::Ideal(config.ring.radius_mm);
-  if (config.calibration.file.empty() || IsTargetProfile(profile)) return ideal;
-  auto file = ReadCalibrationFile(storage, config.calibration.file);
+  if (IsTargetProfile(profile)) return ideal;
+  auto file = ReadFileInForce(config, storage);
   if (!file) return Fail(file);
-  if (file->calibration.sensors.size() != ideal.sensors.size()) {
-    return Fail("use the calibration " + config.calibration.file,
-                "it is of " + std::to_string(file->calibration.sensors.size()) + " sensors, the ring has " +
+  if (!*file) return ideal;
+  RingCalibration& in_force = (*file)->calibration;
+  if (in_force.sensors.size() != ideal.sensors.size()) {
+    return Fail("use the calibration " + CalibrationPath(config),
+                "it is of " + std::to_string(in_force.sensors.size()) + " sensors, the ring has " +
                     std::to_string(ideal.sensors.size()),
-                "name this ring's own calibration in [calibration] file");
+                "calibrate this ring, or name its own calibration in [calibration] file");
   }
-  return std::move(file->calibration);
+  return std::move(in_force);
 }
 
 std::int64_t CalibrationGate::WallNow() const {
@@ -44,18 +57,19 @@ std::int64_t CalibrationGate::WallNow() const {
 Status CalibrationGate::AskCalibration(const ArmRequest& request, const RecordedMachine& machine) const {
   const std::string profile = request.search ? request.header.profile : request.plan.profile;
   if (IsTargetProfile(profile)) return {};
-  if (config_.calibration.file.empty()) {
-    if (!MustBeCalibrated(config_)) return {};
-    return Fail(kAttempted, "the ring is not calibrated: [calibration] file names nothing",
-                "calibrate the ring ('annulus calibrate') and name its CAL.json; or set [calibration] uncalibrated = "
-                "\"mark\", and every result says so");
-  }
-  const auto file = ReadCalibrationFile(storage_, config_.calibration.file);
+  const auto file = ReadFileInForce(config_, storage_);
   if (!file) return Fail(file);
-  if (file->calibration.certificate != request.header.calibration.certificate) {
+  if (!*file) {
+    if (!MustBeCalibrated(config_)) return {};
+    return Fail(kAttempted,
+                "the ring is not calibrated: none was accepted at the console, and [calibration] file names none",
+                "calibrate the ring at the console and accept it, or with 'annulus calibrate' and name its CAL.json; "
+                "or set [calibration] uncalibrated = \"mark\", and every result says so");
+  }
+  if ((*file)->calibration.certificate != request.header.calibration.certificate) {
     return Fail(kAttempted, "the calibration file was changed since the scan was asked for", "ask for the scan again");
   }
-  return CheckCalibrationFor(*file, machine.boards, WallNow());
+  return CheckCalibrationFor(**file, machine.boards, WallNow());
 }
 
 Status CalibrationGate::AskReference(const ArmRequest& request) const {

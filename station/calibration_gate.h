@@ -17,9 +17,9 @@ namespace annulus {
 /// carry none. The profile "check" scans a target too, but with the calibration in force, which it is to check.
 [[nodiscard]] bool IsTargetProfile(const std::string& profile);
 
-/// What a scan with this profile takes with it into its recording: the calibration that the configuration names, or an
-/// ideal ring if it names none or a target is scanned. Fails if the file is missing, damaged, or of another number of
-/// sensors.
+/// What a scan with this profile takes with it into its recording: the calibration in force, or an ideal ring if there
+/// is none or a target is scanned. Fails if the file that the configuration names is missing, or the one in force is
+/// damaged or of another number of sensors.
 [[nodiscard]] Result<RingCalibration> CalibrationInForce(const Config& config, const std::string& profile,
                                                          Storage& storage);
 

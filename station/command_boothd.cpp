@@ -53,18 +53,18 @@ BoothDescription Describe(const Config& config, const BoothSession& session) {
 }
 
 /// What of the system this process could not have; on real devices the priority is also a check before a scan.
-std::vector<std::string> PrepareHost(const Config& config, ScannerOptions& scanner) {
-  std::vector<std::string> notes;
-  const auto note = [&](const Status& status) {
-    if (!status) notes.push_back(status.error().Text());
+std::vector<ScanWarning> PrepareHost(const Config& config, ScannerOptions& scanner) {
+  std::vector<ScanWarning> notes;
+  const auto note = [&](WarningCode code, const Status& status) {
+    if (!status) notes.push_back({code, status.error().Text(), {}});
   };
-  note(LockMemory());
+  note(WarningCode::kMemoryUnlocked, LockMemory());
   const Status priority = MayTakePriority(kControlPriority);
-  note(priority);
+  note(WarningCode::kNoPriority, priority);
   if (!AllSimulated(config)) {
     scanner.host_checks = [priority] {
       std::vector<ArmCheck> checks = CheckHostHealth();
-      checks.push_back({"real-time priority", priority});
+      checks.push_back({ArmCheckName(ArmCheckCode::kPriority), priority});
       return checks;
     };
   }
@@ -89,24 +89,28 @@ std::vector<std::string> FoldersOf(const std::string& recordings) {
 }
 
 /// What a program that died has left is saved before anything else, without a question.
-std::vector<std::string> SaveWhatWasLeft(const BoothdCommand& options, const KeySource* keys, CommandIo& io) {
-  std::vector<std::string> notes;
+std::vector<ScanWarning> SaveWhatWasLeft(const BoothdCommand& options, const KeySource* keys, CommandIo& io) {
+  std::vector<ScanWarning> notes;
   for (const std::string& folder : FoldersOf(options.recordings)) {
     const auto found = RecoverOpenRecordings(io.storage(), folder, keys);
-    if (!found) notes.push_back(found.error().Text());
+    if (!found) notes.push_back({WarningCode::kRecordingLost, found.error().Text(), {}});
     if (!found) continue;
     for (const OpenRecording& one : *found) {
-      notes.push_back(one.outcome ? "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport()
-                                  : one.outcome.error().Text());
-      Log(LogLevel::kWarning, notes.back());
+      notes.push_back(one.outcome
+                          ? ScanWarning{WarningCode::kRecordingSaved,
+                                        "interrupted scan saved: " + one.recording + ": " + one.outcome->BriefReport(),
+                                        {}}
+                          : ScanWarning{WarningCode::kRecordingLost, one.outcome.error().Text(), {}});
+      Log(LogLevel::kWarning, notes.back().text);
     }
   }
   return notes;
 }
 
 Status Serve(const BoothdCommand& options, CommandIo& io) {
-  const auto config = ReadConfig(io.storage(), options.config);
+  auto config = ReadConfig(io.storage(), options.config);
   if (!config) return Fail(config);
+  config->store.recordings = options.recordings;
   if (const Status sealed = CheckSealing(*config, options.key_file); !sealed) {
     io.set_failure_code(2);
     return sealed;
@@ -122,8 +126,8 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
   BoothSessionOptions session_options;
   session_options.pace = config->sim.real_time ? Pace::kRealTime : Pace::kPaced;
   session_options.scanner.recording.keys = keys->get();
-  std::vector<std::string> notes = PrepareHost(*config, session_options.scanner);
-  for (std::string& saved : SaveWhatWasLeft(options, keys->get(), io)) notes.push_back(std::move(saved));
+  std::vector<ScanWarning> notes = PrepareHost(*config, session_options.scanner);
+  for (ScanWarning& saved : SaveWhatWasLeft(options, keys->get(), io)) notes.push_back(std::move(saved));
   session_options.scanner.on_level = [raw = levels->get()](const ScanLevel& level) { raw->Put(level); };
   CalibrationGate gate(*config, io.storage());
   auto session = BoothSession::Open(*config, gate, io.storage(), std::move(session_options));
@@ -162,7 +166,9 @@ void AddBoothdCommand(CLI::App& app, CommandWork& chosen) {
       ->type_name("F")
       ->capture_default_str();
   command->add_option("--socket", options->socket, "Unix socket to serve")->type_name("PATH")->capture_default_str();
-  command->add_option("--recordings", options->recordings, "folder of the recordings")
+  command
+      ->add_option("--recordings", options->recordings,
+                   "folder of the recordings, and of the calibration that was accepted at the console")
       ->type_name("DIR")
       ->capture_default_str();
   AddKeyFileOption(*command, options->key_file);

@@ -6,6 +6,7 @@
 #include "acquisition/drift_history.h"
 #include "acquisition/recording.h"
 #include "station/commands.h"
+#include "station/drift_lock.h"
 #include "station/key_file.h"
 #include "station/reference_check.h"
 #include "station/target_text.h"
@@ -39,6 +40,8 @@ Status RunCheck(const CheckOptions& options, CommandIo& io) {
     return tl::unexpected(error);
   }
   if (!options.history.empty()) {
+    const auto lock = LockDriftHistory(options.history);
+    if (!lock) return Fail(lock);
     auto history = DriftHistory::Load(io.storage(), options.history);
     if (!history) return Fail(history);
     const auto added = history->AddCheck(*record);

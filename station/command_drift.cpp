@@ -6,6 +6,7 @@
 #include "acquisition/recording.h"
 #include "acquisition/swapped_channels.h"
 #include "station/commands.h"
+#include "station/drift_lock.h"
 #include "station/drift_picture.h"
 #include "station/files.h"
 #include "station/key_file.h"
@@ -87,6 +88,8 @@ std::string TextFrom(const DriftState& state, const std::vector<Taken>& taken) {
 Status RunDrift(const DriftOptions& options, CommandIo& io) {
   const auto keys = OpenKeys(options.key_file);
   if (!keys) return Fail(keys);
+  const auto lock = LockDriftHistory(options.history);
+  if (!lock) return Fail(lock);
   auto history = DriftHistory::Load(io.storage(), options.history);
   if (!history) return Fail(history);
   ProgressDisplay display(io.progress_mode());

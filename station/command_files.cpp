@@ -156,6 +156,7 @@ Json InspectRecording(const Recording& recording, const ScanQuality& quality) {
           {"notes", recording.report.notes},
           {"sweeps", sweeps},
           {"sensors", scan.header.calibration.sensors.size()},
+          {"calibration", scan.header.calibration.certificate},
           {"returns", returns},
           {"z_min_mm", z_min},
           {"z_max_mm", z_max},

@@ -168,7 +168,7 @@ Result<ConsoleServerOptions> ReadOptions(const ServeCommand& command, CommandIo&
   }
   options.folder = std::filesystem::absolute(options.folder).string();
   options.config.store.folder = options.folder;
-  if (options.config.store.recordings.empty()) options.config.store.recordings = options.folder + "/recordings";
+  options.config.store.recordings = RecordingsFolder(options.config.store);
   if (options.config.store.key_file.empty()) options.config.store.key_file = StationKeyFile(options);
   options.remote = options.config.console.addresses;
   options.port = static_cast<std::uint16_t>(command.port.value_or(options.config.console.port));

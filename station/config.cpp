@@ -167,6 +167,17 @@ void CheckHeaders(std::string_view toml) {
 
 }  // namespace
 
+std::string RecordingsFolder(const StoreConfig& store) {
+  if (!store.recordings.empty() || store.folder.empty()) return store.recordings;
+  return store.folder + "/recordings";
+}
+
+std::string CalibrationPath(const Config& config) {
+  if (!config.calibration.file.empty()) return config.calibration.file;
+  const std::string folder = RecordingsFolder(config.store);
+  return folder.empty() ? "" : folder + "/calibration.json";
+}
+
 Config SimulatedConfig() { return {}; }
 
 Result<Config> ParseConfig(std::string_view toml, const std::string& name) {

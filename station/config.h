@@ -61,7 +61,7 @@ struct CalibrationConfig {
     kMark,  ///< Taken; every result says that the ring was not calibrated.
   };
 
-  std::string file;               ///< CAL.json; "": none.
+  std::string file;               ///< CAL.json; "": the one that was accepted at the console (CalibrationPath).
   std::string reference_check;    ///< File that 'annulus check' keeps; "": not asked for.
   double reference_hours = 24.0;  ///< A reference check older than that is none.
   Uncalibrated uncalibrated = Uncalibrated::kByBooth;
@@ -97,6 +97,13 @@ struct Config {
   CalibrationConfig calibration;
   SimConfig sim;
 };
+
+/// Where boothd leaves its recordings: [store] recordings, or recordings in the folder; "" if there is no folder either.
+[[nodiscard]] std::string RecordingsFolder(const StoreConfig& store);
+
+/// The calibration in force: [calibration] file, or calibration.json beside boothd's recordings, the one folder that
+/// boothd reads and the console writes. "" if the configuration knows neither.
+[[nodiscard]] std::string CalibrationPath(const Config& config);
 
 /// The built-in configuration `sim`: a simulated booth, nothing else needed.
 [[nodiscard]] Config SimulatedConfig();

@@ -69,8 +69,9 @@ std::vector<ArmCheck> CheckHostHealth(const std::string& sysfs) {
   std::string hot = HotZones(sysfs);
   const std::string alarms = Alarms(sysfs, "temp");
   if (!alarms.empty()) hot += (hot.empty() ? "" : ", ") + alarms;
-  return {{"temperature", Judge(hot, "let the computer cool; clean its fan")},
-          {"supply", Judge(Alarms(sysfs, "in"), "check the computer's power supply and its cable")}};
+  return {{ArmCheckName(ArmCheckCode::kTemperature), Judge(hot, "let the computer cool; clean its fan")},
+          {ArmCheckName(ArmCheckCode::kSupply),
+           Judge(Alarms(sysfs, "in"), "check the computer's power supply and its cable")}};
 }
 
 }  // namespace annulus

@@ -10,9 +10,9 @@
 
 namespace annulus {
 
-/// A model and its measured surface, which borrows it.
+/// A model and its measured surface, which borrows it. A light value.
 struct LoadedModel {
-  std::unique_ptr<const SurfaceModel> model;
+  std::shared_ptr<const SurfaceModel> model;  ///< Shared by the copies, whose surfaces are the same.
   MeasuredSurface body;
 };
 

@@ -21,7 +21,7 @@ struct ScannerPortOptions {
   const Config& config;
   Storage& storage;
   std::string recordings;          ///< Folder of the recordings.
-  std::vector<std::string> notes;  ///< Shown as warnings of the status all the time.
+  std::vector<ScanWarning> notes;  ///< Shown as warnings of the status all the time.
 };
 
 /// The booth's scanner behind the port: profiles become plans, names of recordings paths. Borrows the scanner.

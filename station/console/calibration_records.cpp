@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -87,6 +88,22 @@ Result<std::string> Bundle(ConsoleContext& context, const std::string& folder, c
   return bundle.dump();
 }
 
+/// Replaces the file that boothd reads when it arms, in one step.
+Status PutInForce(ConsoleContext& context, const std::string& text) {
+  const std::filesystem::path path = CalibrationPath(context.config);
+  const std::string attempted = "put the calibration in force";
+  if (path.empty()) return Fail(attempted, "the station has no folder for it", "name one in [calibration] file");
+  if (path.has_parent_path()) RETURN_IF_ERROR(context.storage.CreateFolder(path.parent_path().string()));
+  RETURN_IF_ERROR(WriteFileAtomically(context.storage, path.string(), text));
+  // boothd may be another user: what we write is otherwise for ourselves only.
+  using std::filesystem::perms;
+  std::error_code failed;
+  std::filesystem::permissions(path, perms::owner_read | perms::owner_write | perms::group_read | perms::others_read,
+                               failed);
+  if (failed) return Fail(attempted, path.string() + ": " + failed.message(), "let boothd's user read it (chmod 0644)");
+  return {};
+}
+
 }  // namespace
 
 Json CalibrationResultJson(const Json& printed) {
@@ -128,13 +145,12 @@ Result<std::string> KeepCalibration(ConsoleContext& context, const std::string& 
   if (!kept) return Fail(kept);
   const auto report = context.store.AddCalibration(name + kReportEnding, *bundle);
   if (!report) return Fail(report);
-  const std::string& in_force = context.config.calibration.file;
-  if (!in_force.empty()) RETURN_IF_ERROR(WriteFileAtomically(context.storage, in_force, *text));
+  RETURN_IF_ERROR(PutInForce(context, *text));
   return name;
 }
 
 Json CalibrationInForceJson(ConsoleContext& context) {
-  const std::string& path = context.config.calibration.file;
+  const std::string path = CalibrationPath(context.config);
   if (path.empty() || !context.storage.Exists(path)) return nullptr;
   const auto file = ReadCalibrationFile(context.storage, path);
   if (!file) {

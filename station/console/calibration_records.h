@@ -14,10 +14,9 @@ namespace annulus {
 /// as_left, limit, passed}], findings, unobservable, budget, certificate, placements, plots}.
 [[nodiscard]] nlohmann::ordered_json CalibrationResultJson(const nlohmann::ordered_json& printed);
 
-/// Takes a solved calibration into the store, with its report, and puts it in force: it replaces the file that the
-/// configuration names, which boothd reads when it arms. `folder` has CAL.json and report/, `result` is what the page
-/// was shown. Gives its name; fails, with nothing in force changed, if the store or that file cannot be written, or if
-/// the configuration names no file (a built-in simulated booth keeps it in the store only).
+/// Takes a solved calibration into the store, with its report, and puts it in force: it replaces the file
+/// (CalibrationPath) that boothd reads when it arms. `folder` has CAL.json and report/, `result` is what the page was
+/// shown. Gives its name; fails, with nothing in force changed, if the store or that file cannot be written.
 [[nodiscard]] Result<std::string> KeepCalibration(ConsoleContext& context, const std::string& folder,
                                                   const nlohmann::ordered_json& result);
 

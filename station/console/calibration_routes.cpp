@@ -13,6 +13,7 @@
 #include "station/console/console_context.h"
 #include "station/console/job_folder.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/target_text.h"
 
 namespace annulus {
@@ -118,14 +119,14 @@ ApiResult Abandon(CalibrationRun& run, const ApiRequest& request) {
   return JsonAnswer(Json::object());
 }
 
-ApiResult Accept(ConsoleContext& context, CalibrationRun& run, const ApiRequest& request) {
+ApiResult Accept(CalibrationRun& run, const ApiRequest& request) {
   if (const auto known = OnlyKeys(request.body, {"confirm"}); !known) return tl::unexpected(known.error());
   const auto confirmed = FlagField(request.body, "confirm");
   if (!confirmed) return tl::unexpected(confirmed.error());
   if (!*confirmed) return BadField("confirm", "it is false", "say true, or abandon the calibration");
   const auto name = run.Accept();
   if (!name) return Refuse(409, name);
-  return JsonAnswer({{"name", *name}, {"in_force", !context.config.calibration.file.empty()}});
+  return JsonAnswer({{"name", *name}, {"in_force", true}});
 }
 
 /// The report of a stored calibration, or of the run ("run"): its PDF unless ?file= asks for another part.
@@ -167,7 +168,7 @@ void AddCalibrationRoutes(RouteTable& table, ConsoleContext& context) {
   add("POST", "/api/calibration/abandon", false, "calibration_abandon",
       [run](const ApiRequest& request) { return Abandon(*run, request); });
   add("POST", "/api/calibration/accept", false, "calibration_accept",
-      [&context, run](const ApiRequest& request) { return Accept(context, *run, request); });
+      [run](const ApiRequest& request) { return Accept(*run, request); });
   add("GET", "/api/calibration/report/{name}", false, "",
       [&context, run](const ApiRequest& request) { return ReportOf(context, *run, request); });
 }

@@ -14,6 +14,7 @@
 #include "station/console/calibration_records.h"
 #include "station/console/calibration_steps.h"
 #include "station/console/job_runner.h"
+#include "station/console/route_errors.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"
 
@@ -43,10 +44,6 @@ Json PictureJson(const PlannedPlacement& placement, const CalibrationTarget& tar
           {"tilt_to_deg", placement.tilt_to_deg},
           {"turn_deg", NumberOrNull(placement.turn_deg)},
           {"verify", placement.verify}};
-}
-
-Json ErrorJson(const Error& error) {
-  return {{"attempted", error.attempted}, {"seen", error.seen}, {"advice", error.advice}};
 }
 
 }  // namespace
@@ -85,7 +82,8 @@ Status CalibrationRun::Begin(CalibrationOrder order) {
   order_ = std::move(order);
   guide_.emplace(order_.plan, RingCalibration::Ideal(context_.config.ring.radius_mm));
   if (taker_ == nullptr) {
-    taker_ = PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, nullptr);
+    taker_ =
+        PlacementTakerFor(context_.config, context_.booth, context_.storage, context_.clock, context_.station_keys);
   }
   steps_.assign(order_.plan.placements.size(), Step{});
   ++number_;
@@ -166,7 +164,7 @@ void CalibrationRun::WaitForScan() {
 
 /// The calibration in force, copied into the folder; false if there is none that can be read.
 Result<bool> CalibrationRun::PutPrevious() {
-  const std::string& in_force = context_.config.calibration.file;
+  const std::string in_force = CalibrationPath(context_.config);
   if (in_force.empty() || !context_.storage.Exists(in_force)) {
     if (!order_.board) return false;
     return Fail(kAttempted, "no calibration is in force that a lone board could join", "calibrate the whole ring");

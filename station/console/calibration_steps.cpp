@@ -135,6 +135,29 @@ std::string Quoted(const std::string& text) {
   return quoted + "\"";
 }
 
+/// A simulated booth of its own whose scans carry the station's date: its clock begins in 2000, and to boothd a
+/// calibration of that time is long out of date.
+class SimulatedPlacements final : public PlacementTaker {
+ public:
+  SimulatedPlacements(const Config& config, Storage& storage, const Clock& clock)
+      : booth_(config, storage, nullptr), storage_(storage), clock_(clock) {}
+
+  Result<TakenPlacement> Take(const CalibrationPlan& plan, std::size_t step, const std::string& file,
+                              const TaskContext& task) override {
+    auto taken = booth_.Take(plan, step, file, task);
+    if (!taken) return taken;
+    taken->scan.header.wall_start_ns = clock_.WallNow().count();
+    RETURN_IF_ERROR(storage_.Remove(file));
+    RETURN_IF_ERROR(WriteRecording(storage_, file, taken->scan));
+    return taken;
+  }
+
+ private:
+  BoothPlacements booth_;
+  Storage& storage_;
+  const Clock& clock_;
+};
+
 }  // namespace
 
 Result<TakenPlacement> LinkPlacements::Take(const CalibrationPlan& plan, std::size_t step, const std::string& file,
@@ -155,7 +178,7 @@ Result<TakenPlacement> LinkPlacements::Take(const CalibrationPlan& plan, std::si
 
 std::unique_ptr<PlacementTaker> PlacementTakerFor(const Config& config, BoothLink& booth, Storage& storage,
                                                   const Clock& clock, const KeySource* keys) {
-  if (AllSimulated(config)) return std::make_unique<BoothPlacements>(config, storage, nullptr);
+  if (AllSimulated(config)) return std::make_unique<SimulatedPlacements>(config, storage, clock);
   return std::make_unique<LinkPlacements>(booth, storage, clock, keys);
 }
 

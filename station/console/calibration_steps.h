@@ -32,7 +32,7 @@ class LinkPlacements final : public PlacementTaker {
 };
 
 /// Who takes placements for a configuration: a simulated booth of its own, in which targets stand as they are asked
-/// for, where no device is real; else the booth that boothd runs (docs/decisions/0034).
+/// for and scans have today's date, where no device is real; else the booth that boothd runs (docs/decisions/0034).
 [[nodiscard]] std::unique_ptr<PlacementTaker> PlacementTakerFor(const Config& config, BoothLink& booth,
                                                                 Storage& storage, const Clock& clock,
                                                                 const KeySource* keys);

@@ -12,6 +12,7 @@ namespace annulus {
 class BoothLink;
 struct ConsoleFrame;
 class JobRunner;
+class KeySource;
 class LiveHub;
 class ModelCache;
 class ScratchFolder;
@@ -29,6 +30,7 @@ struct ConsoleContext {
   ScratchFolder& scratch;  ///< Where opened files of customers may lie while they are worked on (scratch_folder.h).
   Storage& storage;
   const Clock& clock;
+  const KeySource* station_keys = nullptr;  ///< Opens what boothd sealed; null: its recordings are plain.
 };
 
 // Each adds the routes of one area (docs/console_api.md has one section for each).

@@ -10,6 +10,7 @@
 #include "base/ensure.h"
 #include "base/log.h"
 #include "station/console/json_body.h"
+#include "station/console/route_errors.h"
 #include "station/console/security_headers.h"
 
 namespace annulus {
@@ -17,12 +18,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json JsonOf(const Error& error) {
-  return {{"attempted", error.attempted}, {"seen", error.seen}, {"advice", error.advice}};
-}
-
 HttpResponse ErrorAnswer(const ApiError& error) {
-  Json json{{"error", JsonOf(error.error)}};
+  Json json{{"error", ErrorJson(error.error)}};
   if (!error.field.empty()) json["field"] = error.field;
   HttpResponse response = JsonAnswer(json, error.status);
   if (error.status == 405) response.headers.emplace_back("Allow", "GET, POST");
@@ -148,7 +145,7 @@ void ConsoleHandler::Received(const std::shared_ptr<WebSocketPeer>& peer, std::s
     taken = Fail("take the message", "the program is wrong", "tell the makers what you did");
   }
   if (taken) return;
-  const Json answer{{"type", "error"}, {"error", JsonOf(taken.error())}};
+  const Json answer{{"type", "error"}, {"error", ErrorJson(taken.error())}};
   peer->SendText(std::make_shared<const std::string>(answer.dump(-1, ' ', false, Json::error_handler_t::replace)));
 }
 

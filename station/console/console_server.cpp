@@ -160,8 +160,9 @@ class Server final : public ConsoleServer {
 
  private:
   void AddRoutes() {
-    context_ = std::make_unique<ConsoleContext>(ConsoleContext{options_.config, options_.config_path, *store_, *link_,
-                                                               *live_, *jobs_, *models_, *scratch_, storage_, clock_});
+    context_ =
+        std::make_unique<ConsoleContext>(ConsoleContext{options_.config, options_.config_path, *store_, *link_, *live_,
+                                                        *jobs_, *models_, *scratch_, storage_, clock_, keys_.get()});
     frame_ = std::make_unique<ConsoleFrame>(
         ConsoleFrame{*accounts_, sessions_, *audit_, [this] { return ProblemOfCertificate(); }});
     AddAllRoutes(table_, *context_, *frame_);

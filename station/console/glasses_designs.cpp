@@ -8,6 +8,7 @@
 
 #include "station/console/glasses_request.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/look_file.h"
 #include "station/store/store.h"
 

@@ -18,6 +18,8 @@
 #include "station/console/glasses_request.h"
 #include "station/console/job_folder.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
+#include "station/console/scan_json.h"
 #include "station/look_file.h"
 #include "station/store/store.h"
 

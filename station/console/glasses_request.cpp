@@ -7,6 +7,7 @@
 #include "modeling/glasses/frame_fields.h"
 #include "modeling/glasses/prescription.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/look_file.h"
 
 namespace annulus {

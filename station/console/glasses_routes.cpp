@@ -12,6 +12,7 @@
 #include "station/console/mesh_bytes.h"
 #include "station/console/model_cache.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 
 namespace annulus {
 namespace {

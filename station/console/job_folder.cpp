@@ -1,20 +1,18 @@
 #include "station/console/job_folder.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "station/console/route_errors.h"
+#include "station/console/scan_json.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"
 
 namespace annulus {
-namespace {
 
 using Json = nlohmann::ordered_json;
-
-}  // namespace
 
 Json JobJson(const JobStatus& job) {
   Json json{{"id", job.id},
@@ -26,9 +24,7 @@ Json JobJson(const JobStatus& job) {
             {"eta_s", job.eta_s ? Json(*job.eta_s) : Json()},
             {"error", nullptr},
             {"result", nullptr}};
-  if (job.error) {
-    json["error"] = {{"attempted", job.error->attempted}, {"seen", job.error->seen}, {"advice", job.error->advice}};
-  }
+  if (job.error) json["error"] = ErrorJson(*job.error);
   if (!job.result_json.empty()) json["result"] = Json::parse(job.result_json);
   return json;
 }
@@ -73,27 +69,6 @@ Status JobFolder::PutModel(std::string_view name, const std::string& scan_id) {
 std::string JobFolder::Start(JobRequest request) {
   request.folder = std::exchange(path_, std::string());
   return context_->jobs.Start(std::move(request));
-}
-
-Result<Artefact> NewestArtefact(Store& store, const std::string& scan_id, std::string_view kind) {
-  const auto artefacts = store.ArtefactsOf(scan_id);
-  if (!artefacts) return Fail(artefacts);
-  const Artefact* newest = nullptr;
-  for (const Artefact& artefact : *artefacts) {
-    if (artefact.kind == kind && (newest == nullptr || artefact.made >= newest->made)) newest = &artefact;
-  }
-  if (newest != nullptr) return *newest;
-  return Fail("find the " + std::string(kind) + " of " + scan_id, "there is none",
-              kind == "model" ? "wait until the scan is fitted, or fit it" : "make it first");
-}
-
-Json ArtefactJson(const Artefact& artefact) {
-  return {{"id", artefact.id},
-          {"kind", artefact.kind},
-          {"name", artefact.name},
-          {"derived", artefact.derived},
-          {"made_ms", artefact.made.count()},
-          {"bytes", artefact.bytes}};
 }
 
 Result<Artefact> KeepResult(ConsoleContext& context, const std::string& scan_id, const std::string& file,

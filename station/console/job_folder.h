@@ -40,12 +40,6 @@ class JobFolder {
   std::string path_;  ///< Empty once it was given away.
 };
 
-/// The newest artefact of a kind that a scan has. Fails, saying what to do, if there is none.
-[[nodiscard]] Result<Artefact> NewestArtefact(Store& store, const std::string& scan_id, std::string_view kind);
-
-/// docs/console_api.md §7: {id, kind, name, derived, made_ms, bytes}.
-[[nodiscard]] nlohmann::ordered_json ArtefactJson(const Artefact& artefact);
-
 /// Takes a file that a job has made into the store, for a scan. `what`: kind, name, derived, recipe.
 [[nodiscard]] Result<Artefact> KeepResult(ConsoleContext& context, const std::string& scan_id, const std::string& file,
                                           Artefact what);

@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -155,21 +156,33 @@ class Runner final : public JobRunner {
       std::shared_ptr<Job> job;
       {
         std::unique_lock lock(mutex_);
-        if (!wake_.wait(lock, stop, [this] { return !waiting_.empty(); }) || stop.stop_requested()) return;
-        job = waiting_.front();
-        waiting_.pop_front();
+        if (!wake_.wait(lock, stop, [this] { return Next() != waiting_.end(); }) || stop.stop_requested()) return;
+        const auto next = Next();
+        job = *next;
+        waiting_.erase(next);
+        lanes_.insert(job->request.lane);
       }
       Carry(*job);
+      const std::lock_guard lock(mutex_);
+      lanes_.erase(job->request.lane);
+      wake_.notify_all();
     }
+  }
+
+  /// The first job whose lane is free. With the lock held.
+  std::deque<std::shared_ptr<Job>>::iterator Next() {
+    return std::find_if(waiting_.begin(), waiting_.end(), [this](const std::shared_ptr<Job>& job) {
+      return job->request.lane.empty() || !lanes_.contains(job->request.lane);
+    });
   }
 
   void Carry(Job& job) {
     const nanoseconds deadline = clock_.Now() + job.request.limit;
+    Change(job, [&](JobStatus& status) { status.state = JobState::kRunning; });
+    Status outcome = Plan(job);
     Change(job, [&](JobStatus& status) {
-      status.state = JobState::kRunning;
       if (!job.request.steps.empty()) status.stage = job.request.steps.front().stage;
     });
-    Status outcome;
     for (std::size_t step = 0; outcome && step < job.request.steps.size(); ++step) outcome = Step(job, step, deadline);
     std::string result = "null";
     if (outcome && !job.stop.stop_requested()) outcome = Finish(job, result);
@@ -180,6 +193,16 @@ class Runner final : public JobRunner {
     } else {
       End(job, JobState::kDone, {}, result);
     }
+  }
+
+  static Status Plan(Job& job) {
+    if (!job.request.plan) return {};
+    return Guarded([&]() -> Status {
+      auto steps = job.request.plan();
+      if (!steps) return Fail(steps);
+      job.request.steps = std::move(*steps);
+      return {};
+    });
   }
 
   Status Step(Job& job, std::size_t step, nanoseconds deadline) {
@@ -241,6 +264,7 @@ class Runner final : public JobRunner {
       status.eta_s.reset();
       if (state == JobState::kDone) status.share = 1.0;
       // What was captured may hold what a customer said.
+      job.request.plan = nullptr;
       job.request.after_step = nullptr;
       job.request.finish = nullptr;
     });
@@ -267,6 +291,7 @@ class Runner final : public JobRunner {
   std::map<std::uint64_t, std::shared_ptr<Job>>
       jobs_;  ///< By number. Shared: a worker keeps its own while it is listed.
   std::deque<std::shared_ptr<Job>> waiting_;
+  std::set<std::string> lanes_;  ///< Of the jobs that run.
   std::uint64_t last_number_ = 0;
   std::array<std::jthread, kProcesses> workers_;  ///< Last: they end first.
 };

@@ -23,13 +23,17 @@ struct JobStep {
 };
 
 /// Long work in processes of its own (of lower priority, with limits of memory and time), so that whatever becomes of
-/// one, the console goes on. At most two run at once; the rest wait in order.
+/// one, the console goes on. At most two run at once, and one of each lane; the rest wait in order.
 struct JobRequest {
   std::string kind;     ///< "fit", "picture", "rank" …
   std::string owner;    ///< Session or user that may see and cancel it.
   std::string subject;  ///< Id of what it is about.
   std::string folder;   ///< Where it works; removed at its end.
+  std::string lane;     ///< Of jobs that change the same thing, so that one sees what the other made; "": of none.
   std::vector<JobStep> steps;
+  /// Called in the runner's thread before the first step: what there is to do by now, in place of `steps`. May be
+  /// empty.
+  std::function<Result<std::vector<JobStep>>()> plan;
   /// Called in the runner's thread after each step that succeeded, with what it printed on stdout; an Error ends the
   /// job. May be empty.
   std::function<Status(std::size_t step, const std::string& printed)> after_step;

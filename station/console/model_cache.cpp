@@ -15,6 +15,7 @@
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/exchange/model_json.h"
 #include "modeling/landmarks/landmarks.h"
+#include "station/console/scan_json.h"
 #include "station/store/store.h"
 
 namespace annulus {
@@ -51,6 +52,14 @@ class Cache final : public ModelCache {
     return *opened;
   }
 
+  void Change(const OpenModel& from, std::shared_ptr<const OpenModel> to) override {
+    const std::lock_guard lock(mutex_);
+    ++drops_;  // one that is being opened has the landmarks of before
+    for (Entry& entry : entries_) {
+      if (entry.model.get() == &from) entry = {to, SteadyClock::now()};
+    }
+    entries_.remove_if([&](const Entry& entry) { return entry.model->scan_id == to->scan_id && entry.model != to; });
+  }
   void Drop(const std::string& scan_id) override {
     const std::lock_guard lock(mutex_);
     ++drops_;
@@ -100,21 +109,10 @@ std::string_view AsText(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The newest of a kind; nothing if there is none.
-Result<std::optional<Artefact>> NewestOf(Store& store, const std::string& scan_id, std::string_view kind) {
-  const auto artefacts = store.ArtefactsOf(scan_id);
-  if (!artefacts) return Fail(artefacts);
-  std::optional<Artefact> newest;
-  for (const Artefact& one : *artefacts) {
-    if (one.kind == kind && (!newest || one.made >= newest->made)) newest = one;
-  }
-  return newest;
-}
-
 Landmarks WithThoseByHand(Store& store, const std::string& scan_id, const MeasuredSurface& body, Landmarks landmarks) {
-  const auto file = NewestOf(store, scan_id, "landmarks");
-  if (!file || !*file) return landmarks;
-  const auto text = store.ReadArtefact((*file)->id);
+  const auto file = NewestArtefact(store, scan_id, "landmarks");
+  if (!file) return landmarks;  // nobody has set one
+  const auto text = store.ReadArtefact(file->id);
   const auto given = text ? GivenLandmarksFromJson(AsText(*text), "landmarks of " + scan_id)
                           : Result<std::vector<GivenLandmark>>(Fail(text));
   if (!given) Log(LogLevel::kWarning, given.error().Text());
@@ -132,10 +130,9 @@ Landmarks WithThoseByHand(Store& store, const std::string& scan_id, const Measur
 std::unique_ptr<ModelCache> ModelCache::Make(Opener opener) { return std::make_unique<Cache>(std::move(opener)); }
 
 Result<std::shared_ptr<const OpenModel>> OpenStoredModel(Store& store, const std::string& scan_id) {
-  const auto artefact = NewestOf(store, scan_id, "model");
+  const auto artefact = NewestArtefact(store, scan_id, "model");
   if (!artefact) return Fail(artefact);
-  if (!*artefact) return Fail("open the model of " + scan_id, "there is none yet", "fit the scan first");
-  const auto bytes = store.ReadArtefact((*artefact)->id);
+  const auto bytes = store.ReadArtefact(artefact->id);
   if (!bytes) return Fail(bytes);
   auto model = ModelFromJson(AsText(*bytes), "the model of " + scan_id);
   if (!model) return Fail(model);
@@ -144,7 +141,7 @@ Result<std::shared_ptr<const OpenModel>> OpenStoredModel(Store& store, const std
   if (!body) return Fail(body);
   Landmarks landmarks = WithThoseByHand(store, scan_id, *body, FindLandmarks(*body, {}));
   auto open = std::make_shared<OpenModel>(
-      OpenModel{scan_id, (*artefact)->id, LoadedModel{std::move(owned), *body}, std::move(landmarks)});
+      OpenModel{scan_id, artefact->id, LoadedModel{std::move(owned), *body}, std::move(landmarks)});
   return std::shared_ptr<const OpenModel>(std::move(open));
 }
 

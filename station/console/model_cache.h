@@ -31,13 +31,16 @@ class ModelCache {
   static std::unique_ptr<ModelCache> Make(Opener opener);
   virtual ~ModelCache() = default;
   virtual Result<std::shared_ptr<const OpenModel>> Open(const std::string& scan_id) = 0;
+  /// Puts a model with other landmarks, which are in the store already, in the place of the one that it was made from.
+  /// If another is there by now, the scan's model is opened anew.
+  virtual void Change(const OpenModel& from, std::shared_ptr<const OpenModel> to) = 0;
   virtual void Drop(const std::string& scan_id) = 0;
   virtual void DropAll() = 0;
 };
 
 /// What a ModelCache opens: the newest model of a scan in the store, its landmarks found again, and those that were set
-/// by hand (artefact "landmarks") put in their place; one of these that no longer fits is left out. Takes some tenths
-/// of a second. Fails if the scan has no model, or it cannot be read.
+/// by hand (artefact "landmarks") put in their place; one of these that no longer fits is left out. Takes one to
+/// three seconds of a body. Fails if the scan has no model, or it cannot be read.
 [[nodiscard]] Result<std::shared_ptr<const OpenModel>> OpenStoredModel(Store& store, const std::string& scan_id);
 
 }  // namespace annulus

@@ -10,6 +10,7 @@
 #include "station/console/job_folder.h"
 #include "station/console/replay_session.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/store/store.h"
 
 namespace annulus {

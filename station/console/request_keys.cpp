@@ -63,8 +63,4 @@ tl::expected<std::string, ApiError> WordOr(const nlohmann::json& body, const cha
   return BadField(name, "it is none of the words that are known here", advice);
 }
 
-tl::unexpected<ApiError> BadField(std::string field, const Error& error) {
-  return tl::unexpected(ApiError{400, error, std::move(field)});
-}
-
 }  // namespace annulus

@@ -27,12 +27,4 @@ namespace annulus {
                                                          const std::string& otherwise,
                                                          const std::vector<std::string_view>& words);
 
-/// An error of ours about a key of the body: 400, naming it.
-[[nodiscard]] tl::unexpected<ApiError> BadField(std::string field, const Error& error);
-/// An error of the machine or the store: `status`.
-template <class T>
-[[nodiscard]] tl::unexpected<ApiError> Refuse(int status, const Result<T>& failed) {
-  return Refuse(status, failed.error());
-}
-
 }  // namespace annulus

@@ -8,9 +8,11 @@
 
 #include "modeling/mesh/mesh_io.h"
 #include "modeling/mesh/tessellate.h"
+#include "station/console/booth_words.h"
 #include "station/console/job_folder.h"
 #include "station/console/model_cache.h"
 #include "station/console/route_errors.h"
+#include "station/console/scan_json.h"
 #include "station/measurement_files.h"
 #include "station/store/store.h"
 
@@ -44,7 +46,7 @@ std::string AsText(const std::vector<std::byte>& bytes) {
 tl::expected<SheetOptions, ApiError> ReadSheetOptions(ConsoleContext& context, const ScanRow& scan,
                                                       const HttpRequest& http) {
   SheetOptions options;
-  options.language = LanguageName(http) == "ja" ? SheetLanguage::kJapanese : SheetLanguage::kEnglish;
+  options.language = LanguageOf(LanguageName(http));
   const auto unit = LengthUnitFromName(http.Query("units").value_or("mm"));
   if (!unit) return BadField("units", "it is not known", "give mm, cm or inch");
   options.unit = *unit;
@@ -52,6 +54,13 @@ tl::expected<SheetOptions, ApiError> ReadSheetOptions(ConsoleContext& context, c
   if (!customer) return StoreAway(customer.error());
   options.subject = customer->name;
   return options;
+}
+
+/// FreeSewing draws clothes: of a head alone there are two numbers that no pattern of its can be drawn with.
+bool HasTrunk(const MeasurementTable& table) {
+  return std::any_of(table.measurements.begin(), table.measurements.end(), [](const Measurement& one) {
+    return one.id == "chest_girth" || one.id == "waist_girth" || one.id == "hip_girth";
+  });
 }
 
 ApiResult TableDocument(ConsoleContext& context, const ScanRow& scan, const ApiRequest& request,
@@ -62,6 +71,10 @@ ApiResult TableDocument(ConsoleContext& context, const ScanRow& scan, const ApiR
   if (!open) return NotThere(open.error());
   const auto table = MeasureTable((*open)->loaded.body, (*open)->landmarks);
   if (!table) return Refuse(409, table.error());
+  if (kind.name == "freesewing" && !HasTrunk(*table)) {
+    return Refuse(409, {"write measurements for FreeSewing", "the scan has none of chest, waist or hip",
+                        "scan with the profile body or torso"});
+  }
   auto folder = JobFolder::Make(context);
   if (!folder) return StoreAway(folder.error());
   const std::string name = scan.id + kind.ending;

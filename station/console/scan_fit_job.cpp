@@ -6,9 +6,9 @@
 
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/table/table.h"
-#include "station/console/job_folder.h"
 #include "station/console/job_runner.h"
 #include "station/console/model_cache.h"
+#include "station/console/scan_json.h"
 #include "station/console/scan_measurements.h"
 #include "station/console/scratch_folder.h"
 #include "station/store/store.h"
@@ -53,11 +53,13 @@ Result<Json> KeepFit(ConsoleContext& context, const std::string& scan_id, const 
 }  // namespace
 
 Status KeepMeasurements(ConsoleContext& context, const std::string& scan_id) {
-  const auto scan = context.store.GetScan(scan_id);
-  if (!scan) return Fail(scan);
   const auto open = context.models.Open(scan_id);
-  if (!open) return Fail(open);
-  const OpenModel& model = **open;
+  return open ? KeepMeasurements(context, **open) : Status(Fail(open));
+}
+
+Status KeepMeasurements(ConsoleContext& context, const OpenModel& model) {
+  const auto scan = context.store.GetScan(model.scan_id);
+  if (!scan) return Fail(scan);
   Artefact landmarks = ArtefactOf(*scan, "landmarks", "landmarks.json", "landmarks");
   landmarks.derived = std::none_of(model.landmarks.found.begin(), model.landmarks.found.end(),
                                    [](const Landmark& one) { return one.source == LandmarkSource::kGiven; });

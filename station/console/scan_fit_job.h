@@ -8,6 +8,8 @@
 
 namespace annulus {
 
+struct OpenModel;
+
 /// How a scan is to be fitted.
 struct FitJobOptions {
   std::string method = "adaptive";  ///< As `annulus fit --method`.
@@ -20,7 +22,9 @@ struct FitJobOptions {
 Result<std::string> StartFitJob(ConsoleContext& context, const std::string& scan_id, const std::string& owner,
                                 const FitJobOptions& options = {});
 
-/// Landmarks and measurements of a scan's model, as they are now, into the store.
+/// Landmarks and measurements of a model, as they are now, into the store.
+Status KeepMeasurements(ConsoleContext& context, const OpenModel& model);
+/// The same of a scan's model, which is opened.
 Status KeepMeasurements(ConsoleContext& context, const std::string& scan_id);
 
 }  // namespace annulus

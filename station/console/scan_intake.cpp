@@ -14,10 +14,12 @@
 
 #include "base/log.h"
 #include "station/console/live_hub.h"
+#include "station/console/route_errors.h"
 #include "station/console/scan_fit_job.h"
 #include "station/console/scan_json.h"
 #include "station/console/scan_judgement.h"
 #include "station/console/scan_tickets.h"
+#include "station/console/technician_drift.h"
 #include "station/store/store.h"
 
 namespace annulus {
@@ -126,10 +128,13 @@ class Intake final : public ScanIntake {
     Audit("scan", added->id, "ok");
     Log(LogLevel::kInfo, "scan " + added->id + " taken in from " + id);
     Tell(added->customer_id, added->id, std::nullopt);
-    if (judged.parked) return {};
-    // The scan is safe; a fit that cannot be started now is asked for again.
-    const auto job = StartFitJob(context_, added->id, ticket.user);
-    if (!job) Log(LogLevel::kError, "fit of " + added->id + ": " + job.error().Text());
+    // The scan is safe; a fit that cannot be started now is asked for again, drift is looked for after the next scan.
+    if (!judged.parked) {
+      const auto job = StartFitJob(context_, added->id, ticket.user);
+      if (!job) Log(LogLevel::kError, "fit of " + added->id + ": " + job.error().Text());
+    }
+    const auto drift = StartDriftUpdate(context_, "");
+    if (!drift) Log(LogLevel::kError, "drift after " + added->id + ": " + drift.error().Text());
     return {};
   }
 
@@ -183,9 +188,7 @@ class Intake final : public ScanIntake {
                  {"customer_id", customer_id.empty() ? Json(nullptr) : Json(customer_id)},
                  {"scan", nullptr},
                  {"error", nullptr}};
-    if (error) {
-      message["error"] = {{"attempted", error->attempted}, {"seen", error->seen}, {"advice", error->advice}};
-    }
+    if (error) message["error"] = ErrorJson(*error);
     const auto scan = scan_id.empty() ? Result<ScanRow>(Fail("", "", "")) : context_.store.GetScan(scan_id);
     if (scan) message["scan"] = ScanToJson(context_.store, *scan, StationRole::kOperator);
     context_.live.Send(message, kOperators);

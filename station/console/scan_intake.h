@@ -16,10 +16,10 @@ struct ScanIntakeOptions {
 };
 
 /// Takes recordings from boothd's folder into the store: judged, sealed with the customer's key, told to the browsers
-/// (`scan_result`), and fitted. Looks at its start, when a scan has ended, and when boothd is there again; so nothing
-/// is lost if the console was away, or died in between (a recording that is in the store already, by its ticket, is
-/// only removed). A recording whose customer was erased, or whose consent was withdrawn meanwhile, is deleted, which
-/// the audit says. One that the store does not take stays, and is tried again.
+/// (`scan_result`), fitted, and looked at for drift of the ring. Looks at its start, when a scan has ended, and when
+/// boothd is there again; so nothing is lost if the console was away, or died in between (a recording that is in the
+/// store already, by its ticket, is only removed). A recording whose customer was erased, or whose consent was
+/// withdrawn meanwhile, is deleted, which the audit says. One that the store does not take stays, and is tried again.
 ///
 /// A thread of its own; thread-safe.
 class ScanIntake {

@@ -34,4 +34,25 @@ Json ScanToJson(Store& store, const ScanRow& scan, StationRole who) {
   return json;
 }
 
+Result<Artefact> NewestArtefact(Store& store, const std::string& scan_id, std::string_view kind) {
+  const auto artefacts = store.ArtefactsOf(scan_id);
+  if (!artefacts) return Fail(artefacts);
+  const Artefact* newest = nullptr;
+  for (const Artefact& artefact : *artefacts) {
+    if (artefact.kind == kind && (newest == nullptr || artefact.made >= newest->made)) newest = &artefact;
+  }
+  if (newest != nullptr) return *newest;
+  return Fail("find the " + std::string(kind) + " of " + scan_id, "there is none",
+              kind == "model" ? "wait until the scan is fitted, or fit it" : "make it first");
+}
+
+Json ArtefactJson(const Artefact& artefact) {
+  return {{"id", artefact.id},
+          {"kind", artefact.kind},
+          {"name", artefact.name},
+          {"derived", artefact.derived},
+          {"made_ms", artefact.made.count()},
+          {"bytes", artefact.bytes}};
+}
+
 }  // namespace annulus

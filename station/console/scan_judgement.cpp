@@ -34,21 +34,20 @@ Result<ScanJudgement> JudgeRecording(std::span<const std::byte> bytes, const std
   // The quality is that of the part that was taken.
   const bool whole = !plan || static_cast<double>(levels) >= kWhole * plan->TotalLevels();
   if (!whole) {
-    notices.push_back({{"code", "incomplete"},
+    notices.push_back({{"code", kIncompleteNotice},
                        {"text", "not the whole scan: " + std::to_string(levels) + " of " +
                                     std::to_string(plan->TotalLevels()) + " levels were taken"},
                        {"advice", "scan again"}});
   }
-  for (const QualityNotice& notice : quality.notices) {
-    notices.push_back({{"code", NoticeName(notice.code)}, {"text", notice.text}, {"advice", notice.advice}});
-  }
+  const Json judged = Json::parse(JsonFromQuality(quality));
+  for (const Json& notice : judged.at("notices")) notices.push_back(notice);
   const Json summary{{"ticket", ticket},
                      {"levels", levels},
                      {"planned_levels", plan ? Json(plan->TotalLevels()) : Json(nullptr)},
                      {"recording_bytes", bytes.size()},
                      {"coverage", quality.coverage},
                      {"notices", std::move(notices)},
-                     {"quality", Json::parse(JsonFromQuality(quality))},
+                     {"quality", judged},
                      {"released", false}};
   ScanJudgement judgement;
   judgement.verdict = VerdictName(whole ? quality.verdict : QualityVerdict::kRepeat);

@@ -10,6 +10,9 @@
 
 namespace annulus {
 
+/// Code of the notice of a scan that was broken off, beside those of NoticeCode.
+inline constexpr const char* kIncompleteNotice = "incomplete";
+
 /// What a recording says of itself, and what it is good for.
 struct ScanJudgement {
   ScanHeader header;

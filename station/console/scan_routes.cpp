@@ -1,12 +1,14 @@
 // Scans, what comes of them, and jobs (docs/console_api.md §6, §7).
 
 #include <charconv>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <span>
+#include <utility>
 
 #include "base/units.h"
 #include "modeling/exchange/landmarks_json.h"
 #include "modeling/landmarks/landmark_edit.h"
+#include "modeling/landmarks/landmarks.h"
 #include "station/console/booth_words.h"
 #include "station/console/console_context.h"
 #include "station/console/job_folder.h"
@@ -142,29 +144,18 @@ tl::expected<std::vector<GivenLandmark>, ApiError> ReadGiven(const nlohmann::jso
   return list;
 }
 
-/// What was set by hand goes into the store first; the model is then opened with it, and measured again.
-ApiResult KeepLandmarks(ConsoleContext& context, const OpenModel& model, const std::optional<Landmarks>& changed) {
-  const auto scan = context.store.GetScan(model.scan_id);
-  if (!scan) return NotThere(scan.error());
-  if (changed) {
-    Artefact artefact;
-    artefact.scan_id = scan->id;
-    artefact.customer_id = scan->customer_id;
-    artefact.kind = "landmarks";
-    artefact.name = "landmarks.json";
-    artefact.derived = false;
-    artefact.recipe = "landmarks --set";
-    const std::string text = LandmarksToJson(model.loaded.body, *changed);
-    const auto put = context.store.PutArtefact(artefact, std::as_bytes(std::span(text)));
-    if (!put) return StoreAway(put.error());
-  } else if (const auto old = NewestArtefact(context.store, scan->id, "landmarks")) {
-    if (const Status gone = context.store.RemoveArtefact(old->id); !gone) return StoreAway(gone.error());
+/// Other landmarks on the same surface, which is not opened again: into the store with what follows from them.
+ApiResult KeepLandmarks(ConsoleContext& context, const OpenModel& model, Landmarks landmarks) {
+  const auto changed = std::make_shared<OpenModel>(model);
+  changed->landmarks = std::move(landmarks);
+  changed->wearer = std::make_shared<GlassesWearerSlot>();  // a head is looked at with its landmarks
+  const Status kept = KeepMeasurements(context, *changed);
+  if (!kept) {
+    context.models.Drop(model.scan_id);  // whatever the store has by now
+    return StoreAway(kept.error());
   }
-  context.models.Drop(scan->id);
-  if (const Status kept = KeepMeasurements(context, scan->id); !kept) return StoreAway(kept.error());
-  const auto open = context.models.Open(scan->id);
-  if (!open) return NotThere(open.error());
-  return JsonAnswer(LandmarksForPage(**open));
+  context.models.Change(model, changed);
+  return JsonAnswer(LandmarksForPage(*changed));
 }
 
 ApiResult SetLandmarks(ConsoleContext& context, const ApiRequest& request) {
@@ -178,14 +169,14 @@ ApiResult SetLandmarks(ConsoleContext& context, const ApiRequest& request) {
     if (!edited) return BadField("set", edited.error());
     landmarks = std::move(*edited);
   }
-  return KeepLandmarks(context, **open, landmarks);
+  return KeepLandmarks(context, **open, std::move(landmarks));
 }
 
 ApiResult ResetLandmarks(ConsoleContext& context, const ApiRequest& request) {
   if (const auto known = OnlyKeys(request.body, {}); !known) return tl::unexpected(known.error());
   const auto open = context.models.Open(request.path.at("scan"));
   if (!open) return NotThere(open.error());
-  return KeepLandmarks(context, **open, std::nullopt);
+  return KeepLandmarks(context, **open, FindLandmarks((*open)->loaded.body, {}));
 }
 
 /// As they were measured last; anew if there is a model without them.

@@ -20,6 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kJobKind = "drift";
 constexpr const char* kHistorySetting = "drift_history";
 constexpr const char* kScansSetting = "drift_scans";  ///< Ids of scans that were looked at.
 constexpr std::size_t kScansAtOnce = 20;
@@ -145,6 +146,68 @@ std::vector<bool> Alarmed(const DriftState& state, std::size_t sensors) {
   return alarmed;
 }
 
+/// One update, as its job goes on: on the history as it is when its turn has come. Borrows the context.
+class DriftUpdate {
+ public:
+  DriftUpdate(ConsoleContext& context, std::string folder) : context_(context), folder_(std::move(folder)) {}
+
+  /// Lays out history and scans; no step if other updates have taken them meanwhile.
+  Result<std::vector<JobStep>> Plan() {
+    auto known = KnownScans(context_.store);
+    if (!known) return Fail(known);
+    known_ = std::move(*known);
+    const auto scans = NewScans(context_.store, known_);
+    if (!scans) return Fail(scans);
+    if (scans->empty()) return std::vector<JobStep>();
+    const auto history = context_.store.Setting(kHistorySetting);
+    if (!history) return Fail(history);
+    if (*history) RETURN_IF_ERROR(WriteFileAtomically(context_.storage, History(), **history));
+    JobStep step{"look for drift", {"drift"}};
+    for (const std::string& scan : *scans) {
+      const auto recording = context_.store.ReadRecording(scan);
+      if (!recording) return Fail(recording);
+      step.arguments.push_back(folder_ + "/" + scan + ".mcap");
+      RETURN_IF_ERROR(WriteFileAtomically(context_.storage, step.arguments.back(), *recording));
+      known_.insert(scan);
+    }
+    step.arguments.insert(step.arguments.end(), {"--history", History(), "--json", "-"});
+    return std::vector<JobStep>{std::move(step)};
+  }
+
+  Status TakeReport(const std::string& printed) {
+    report_ = Json::parse(printed, nullptr, false);
+    return report_.is_object() ? Status{} : Fail("look for drift", "what it printed is no JSON", "try again");
+  }
+
+  Result<Json> Keep() {
+    if (report_.is_null()) return Json{{"scans_added", 0}};
+    const auto text = ReadTextFile(context_.storage, History());
+    if (!text) return Fail(text);
+    RETURN_IF_ERROR(context_.store.SetSetting(kHistorySetting, *text));
+    RETURN_IF_ERROR(context_.store.SetSetting(kScansSetting, Json(known_).dump()));
+    return report_;
+  }
+
+ private:
+  [[nodiscard]] std::string History() const { return folder_ + "/history.json"; }
+
+  ConsoleContext& context_;
+  const std::string folder_;
+  std::set<std::string> known_;
+  Json report_;
+};
+
+/// {state, error} of the last update that has ended since the console was started; null if there was none.
+Json LastUpdateJson(const JobRunner& jobs) {
+  Json last;
+  for (const JobStatus& job : jobs.All()) {
+    if (job.kind != kJobKind || job.state == JobState::kWaiting || job.state == JobState::kRunning) continue;
+    const Json json = JobJson(job);
+    last = {{"state", json.at("state")}, {"error", json.at("error")}};
+  }
+  return last;
+}
+
 }  // namespace
 
 Result<DriftHistory> KeptDriftHistory(Store& store) {
@@ -155,42 +218,22 @@ Result<DriftHistory> KeptDriftHistory(Store& store) {
 }
 
 Result<std::optional<std::string>> StartDriftUpdate(ConsoleContext& context, const std::string& owner) {
-  auto known = KnownScans(context.store);
+  const auto known = KnownScans(context.store);
   if (!known) return Fail(known);
   const auto scans = NewScans(context.store, *known);
   if (!scans) return Fail(scans);
   if (scans->empty()) return std::optional<std::string>();
-  const auto history = context.store.Setting(kHistorySetting);
-  if (!history) return Fail(history);
   auto folder = JobFolder::Make(context);
   if (!folder) return Fail(folder);
-  if (*history) RETURN_IF_ERROR(folder->PutText("history.json", **history));
+  // Shared by the callbacks, which the runner may copy.
+  const auto update = std::make_shared<DriftUpdate>(context, folder->path());
   JobRequest job;
-  job.kind = "drift";
+  job.kind = kJobKind;
   job.owner = owner;
-  job.steps = {{"look for drift", {"drift"}}};
-  for (const std::string& scan : *scans) {
-    RETURN_IF_ERROR(folder->PutRecording(scan + ".mcap", scan));
-    job.steps.front().arguments.push_back(folder->File(scan + ".mcap"));
-    known->insert(scan);
-  }
-  const std::string file = folder->File("history.json");
-  for (const char* argument : {"--history", file.c_str(), "--json", "-"}) {
-    job.steps.front().arguments.emplace_back(argument);
-  }
-  // Shared by the two callbacks, which the runner may copy.
-  const auto report = std::make_shared<Json>();
-  job.after_step = [report](std::size_t, const std::string& printed) -> Status {
-    *report = Json::parse(printed, nullptr, false);
-    return {};
-  };
-  job.finish = [&context, report, file, known = std::move(*known)]() -> Result<Json> {
-    const auto text = ReadTextFile(context.storage, file);
-    if (!text) return Fail(text);
-    RETURN_IF_ERROR(context.store.SetSetting(kHistorySetting, *text));
-    RETURN_IF_ERROR(context.store.SetSetting(kScansSetting, Json(known).dump()));
-    return *report;
-  };
+  job.lane = kJobKind;
+  job.plan = [update] { return update->Plan(); };
+  job.after_step = [update](std::size_t, const std::string& printed) { return update->TakeReport(printed); };
+  job.finish = [update] { return update->Keep(); };
   return std::optional(folder->Start(std::move(job)));
 }
 
@@ -217,7 +260,8 @@ Result<Json> DriftAnswer(ConsoleContext& context) {
               {"alarms", std::move(alarms)},
               {"scans", state.scans},
               {"baseline_ready", state.baseline_ready},
-              {"reference_check", CheckJson(*history)}};
+              {"reference_check", CheckJson(*history)},
+              {"update", LastUpdateJson(context.jobs)}};
 }
 
 Result<Json> SensorsAnswer(ConsoleContext& context) {

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "station/booth_messages.h"
+
 namespace annulus {
 namespace {
 
@@ -68,7 +70,8 @@ Json InterlockJson(const ScannerStatus& status) {
   }
   Json chain = Json::array();
   for (const InterlockNotice& notice : status.chain) {
-    chain.push_back({{"present", notice.present},
+    chain.push_back({{"fault", ChainFaultName(notice.fault)},
+                     {"present", notice.present},
                      {"text", notice.text},
                      {"advice", notice.advice},
                      {"since_ns", notice.since.count()}});

@@ -7,6 +7,7 @@
 #include "station/console/job_folder.h"
 #include "station/console/recording_routes.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 #include "station/console/technician_drift.h"
 #include "station/console/technician_interlock.h"
 #include "station/console/technician_parameters.h"

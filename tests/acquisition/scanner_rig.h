@@ -121,7 +121,7 @@ class ScannerRig {
         std::string(ScanStateText(status.state)) + ", job '" + status.job + "', held by '" + status.held_by + "'";
     for (const ScanCause& cause : status.causes)
       text += "\n  " + std::string(TraitsOf(cause.code).name) + ": " + cause.text;
-    for (const std::string& warning : status.warnings) text += "\n  warning: " + warning;
+    for (const ScanWarning& warning : status.warnings) text += "\n  warning: " + warning.text;
     if (status.arm) {
       for (const ArmCheck& check : status.arm->checks) {
         if (!check.result) text += "\n  " + check.name + ": " + check.result.error().Text();

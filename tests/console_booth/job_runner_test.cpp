@@ -166,6 +166,40 @@ TEST_F(JobRunnerTest, CancelsWhatRunsAndWhatWaits) {
   EXPECT_FALSE(runner_->Cancel("J-99"));
 }
 
+TEST_F(JobRunnerTest, RunsOneOfALaneAtATimeAndLetsOthersPass) {
+  const auto in_lane = [](std::vector<std::vector<std::string>> steps) {
+    JobRequest request = Request(std::move(steps));
+    request.lane = "history";
+    return request;
+  };
+  const std::string first = runner_->Start(in_lane({{"wait"}}));
+  WaitUntil(first, [](const JobStatus& job) { return job.state == JobState::kRunning; });
+  const std::string second = runner_->Start(in_lane({{"print", "a"}}));
+  EXPECT_EQ(WaitEnd(runner_->Start(Request({{"print", "b"}}))).state, JobState::kDone) << "of no lane";
+  EXPECT_EQ(runner_->Get(second)->state, JobState::kWaiting);
+  ASSERT_TRUE(runner_->Cancel(first));
+  EXPECT_EQ(WaitEnd(second).state, JobState::kDone);
+}
+
+TEST_F(JobRunnerTest, PlansAJobWhenItsTurnHasCome) {
+  std::string printed;
+  JobRequest request = Request({});
+  request.plan = []() -> Result<std::vector<JobStep>> {
+    return std::vector<JobStep>{{"print", {"print", "as planned"}}};
+  };
+  request.after_step = [&](std::size_t, const std::string& text) -> Status {
+    printed = text;
+    return {};
+  };
+  EXPECT_EQ(WaitEnd(runner_->Start(std::move(request))).state, JobState::kDone);
+  EXPECT_EQ(printed, "as planned");
+  JobRequest refused = Request({{"print", "a"}});
+  refused.plan = []() -> Result<std::vector<JobStep>> { return Fail("plan", "there is no room", "make some"); };
+  const JobStatus failed = WaitEnd(runner_->Start(std::move(refused)));
+  EXPECT_EQ(failed.state, JobState::kFailed);
+  EXPECT_EQ(failed.error->seen, "there is no room");
+}
+
 TEST_F(JobRunnerTest, KillsWhatDoesNotListen) {
   JobLimits limits;
   limits.cancel_patience = milliseconds(100);

@@ -3,6 +3,7 @@
 
 #include "fitting/bspline_basis.h"
 #include "modeling/exchange/model_json.h"
+#include "modeling/landmarks/landmark_edit.h"
 #include "tests/console_booth/console_parts.h"
 #include "tests/modeling_measure/interpolated_body.h"
 
@@ -212,6 +213,60 @@ TEST_F(MeasureRoutes, OpenAModelOnceAndAgainAfterAVisit) {
   ASSERT_TRUE(cache->Open(scan_));
   EXPECT_EQ(opened, 7) << "four are kept";
   EXPECT_FALSE(cache->Open("S-9"));
+}
+
+TEST_F(MeasureRoutes, MoveALandmarkOnTheSurfaceThatIsOpen) {
+  const auto before = *parts_.models().Open(scan_);
+  const Answer moved = Ask("landmarks", {{"set", {{{"id", "level.waist"}, {"z_mm", 140.0}}}}});
+  ASSERT_EQ(moved.status, 200) << moved.seen;
+  const auto after = *parts_.models().Open(scan_);
+  EXPECT_EQ(after->loaded.model, before->loaded.model) << "the surface is not read again";
+  ASSERT_NE(after->landmarks.Find("level.waist"), nullptr);
+  EXPECT_EQ(after->landmarks.Find("level.waist")->z.value, 140.0);
+  EXPECT_EQ(after->landmarks.Find("level.waist")->source, LandmarkSource::kGiven);
+  const auto girth = [&] {
+    const json table = routes_.Get("/api/scans/" + scan_ + "/measurements").json;
+    for (const json& line : table.at("measurements")) {
+      if (line.at("id") == "waist_girth") return line.at("value_mm").get<double>();
+    }
+    return std::nan("");
+  };
+  EXPECT_NEAR(girth(), kPi2 * kRadius, 0.05) << "the table is measured again";
+  parts_.models().DropAll();
+  const auto stored = *parts_.models().Open(scan_);
+  EXPECT_NE(stored->loaded.model, before->loaded.model);
+  EXPECT_EQ(stored->landmarks.Find("level.waist")->z.value, 140.0) << "and it is in the store";
+  ASSERT_EQ(Ask("landmarks/reset", json::object()).status, 200);
+  const auto reset = *parts_.models().Open(scan_);
+  EXPECT_EQ(reset->loaded.model, stored->loaded.model);
+  const Landmark* waist = reset->landmarks.Find("level.waist");
+  EXPECT_TRUE(waist == nullptr || waist->source != LandmarkSource::kGiven);
+}
+
+TEST_F(MeasureRoutes, MakeNoFreeSewingFileOfAHeadAlone) {
+  const std::string document = "/api/scans/" + scan_ + "/document?kind=freesewing";
+  ASSERT_EQ(Ask("landmarks", {{"set", {{{"id", "level.head"}, {"z_mm", 220.0}}}}}).status, 200);
+  const Answer head = routes_.Get(document);
+  EXPECT_EQ(head.status, 409);
+  EXPECT_THAT(head.seen, HasSubstr("none of chest, waist or hip"));
+  ASSERT_EQ(Ask("landmarks", {{"set", {{{"id", "level.waist"}, {"z_mm", 140.0}}}}}).status, 200);
+  const Answer body = routes_.Get(document);
+  ASSERT_EQ(body.status, 200) << body.seen;
+  EXPECT_NEAR(body.json.at("waist").get<double>(), kPi2 * kRadius, 0.05);
+}
+
+TEST_F(MeasureRoutes, KeepTheStoresLandmarksWhenTwoMoveThemAtOnce) {
+  const auto before = *parts_.models().Open(scan_);
+  const auto with = [&](double z) {
+    const auto changed = std::make_shared<OpenModel>(*before);
+    changed->landmarks = *SetByHand(before->loaded.body, before->landmarks, {"level.waist", std::nullopt, z});
+    return changed;
+  };
+  const auto first = with(140.0);
+  parts_.models().Change(*before, first);
+  EXPECT_EQ(*parts_.models().Open(scan_), first);
+  parts_.models().Change(*before, with(150.0));  // made from what was there before the first
+  EXPECT_EQ((*parts_.models().Open(scan_))->landmarks.Find("level.waist"), nullptr) << "as the store has it";
 }
 
 }  // namespace

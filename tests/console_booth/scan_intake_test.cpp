@@ -11,6 +11,7 @@
 #include "sim/head.h"
 #include "station/booth_session.h"
 #include "station/console/scan_tickets.h"
+#include "station/console/technician_drift.h"
 #include "station/scanner_port.h"
 #include "tests/console_booth/console_parts.h"
 #include "tests/modeling_measure/interpolated_body.h"
@@ -33,8 +34,10 @@ std::string FitProgram(const FreshFolder& folder) {
   std::ofstream(model) << ModelToJson(
       test::InterpolatedBody([](double, double) { return 150.0; }, 72, UniformBreakpoints(1000.0, 1300.0, 30)));
   const std::string program = folder / "program";
-  std::ofstream(program) << "#!/bin/sh\n[ -s scan.mcap ] || exit 1\ncp " << model
+  std::ofstream(program) << "#!/bin/sh\n[ \"$3\" = drift ] && { shift 2; . " << (folder / "drift")
+                         << "; exit; }\n[ -s scan.mcap ] || exit 1\ncp " << model
                          << " model.json\necho '{}' > report.json\n";
+  std::ofstream(folder / "drift") << "echo nothing > history.json\necho '{}'\n";
   ::chmod(program.c_str(), 0700);
   return program;
 }
@@ -75,6 +78,12 @@ class ScanIntakeTest : public testing::Test {
     const auto operators = parts_.hub.WaitFor(
         [](const RecordingHub::Sent& one) { return one.message.at("type") == "scan_result" && one.roles.operator_; });
     return json(operators);
+  }
+  void WaitForState(const std::string& job, JobState state) {
+    const auto begin = SystemClock().Now();
+    const auto reached = [&] { return parts_.jobs().Get(job) && parts_.jobs().Get(job)->state == state; };
+    while (!reached() && SystemClock().Now() - begin < test::kSoon) std::this_thread::yield();
+    ASSERT_TRUE(reached());
   }
   std::size_t Scans() { return parts_.store().ScansOf(customer_)->size(); }
 
@@ -122,6 +131,52 @@ TEST_F(ScanIntakeTest, FitsAndMeasuresByItself) {
   for (const Artefact& artefact : *artefacts) kinds.push_back(artefact.kind);
   EXPECT_THAT(kinds, testing::IsSupersetOf({"model", "landmarks"}));
   EXPECT_TRUE(parts_.models().Open(scan));
+}
+
+TEST_F(ScanIntakeTest, LooksForDriftByItselfAndTwoUpdatesAtOnceLoseNothing) {
+  // The history is the names of the scans, a line each: read at once, and written only once `go` is there.
+  std::ofstream(folder_ / "drift") << R"(old=$(cat history.json 2>/dev/null)
+while [ ! -e ")" << (folder_ / "go")
+                                   << R"(" ]; do sleep 0.02; done
+[ -z "$old" ] || echo "$old" > history.json
+for one in "$@"; do case "$one" in *.mcap) basename "$one" .mcap >> history.json;; esac; done
+echo '{"scans_added": 1}'
+)";
+  Leave();
+  StartIntake();
+  const std::string first = WaitResult().at("scan").at("id");
+  EXPECT_EQ(parts_.WaitForJob("J-1").kind, "fit");
+  WaitForState("J-2", JobState::kRunning);
+  EXPECT_EQ(parts_.jobs().Get("J-2")->kind, "drift");
+  parts_.hub.Forget();
+  Leave();
+  intake_->ScanEnded(nullptr);
+  const std::string second = WaitResult().at("scan").at("id");
+  EXPECT_EQ(parts_.WaitForJob("J-3").kind, "fit");
+  WaitForState("J-4", JobState::kWaiting);
+  const auto third = StartDriftUpdate(parts_.context(), "tom");  // beside the one that the intake has started
+  ASSERT_TRUE(third && *third);
+  EXPECT_EQ(parts_.jobs().Get("J-2")->state, JobState::kRunning);
+  std::ofstream(folder_ / "go") << "go";
+  EXPECT_EQ(parts_.WaitForJob("J-4").state, JobState::kDone);
+  EXPECT_EQ(parts_.WaitForJob(**third).state, JobState::kDone);
+  EXPECT_EQ(json::parse(parts_.jobs().Get(**third)->result_json).at("scans_added"), 0) << "nothing is taken twice";
+  EXPECT_EQ(*parts_.store().Setting("drift_history"), first + "\n" + second + "\n");
+}
+
+TEST_F(ScanIntakeTest, AnUpdateOfTheDriftThatFailsIsToldToTheTechnicianAndHindersNothing) {
+  std::ofstream(folder_ / "drift")
+      << "echo 'annulus: look for drift: the history is damaged: restore it' >&2; exit 1\n";
+  Leave();
+  StartIntake();
+  const std::string scan = WaitResult().at("scan").at("id");
+  EXPECT_EQ(parts_.WaitForJob("J-1").state, JobState::kDone) << "the fit";
+  EXPECT_TRUE(parts_.models().Open(scan));
+  EXPECT_EQ(parts_.WaitForJob("J-2").state, JobState::kFailed);
+  const auto drift = DriftAnswer(parts_.context());
+  ASSERT_TRUE(drift) << drift.error().Text();
+  EXPECT_EQ(drift->at("update").at("state"), "failed");
+  EXPECT_EQ(drift->at("update").at("error").at("seen"), "the history is damaged");
 }
 
 TEST_F(ScanIntakeTest, DoesNotTakeTheSameRecordingTwice) {

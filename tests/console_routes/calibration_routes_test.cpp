@@ -76,6 +76,7 @@ TEST(CalibrationRoutes, GoFromTheFirstStepToACalibrationInForce) {
   ASSERT_TRUE(file) << file.error().Text();
   EXPECT_TRUE(file->passed);
   EXPECT_EQ(file->technician, "somebody");
+  EXPECT_GT(file->valid_until_ns, console.clock.WallNow().count()) << "by the station's clock, not the simulated one";
   const auto after = console.Ask("GET", "/api/calibration").json;
   EXPECT_TRUE(after["run"].is_null());
   EXPECT_EQ(after["current"]["name"], accepted.json["name"]);

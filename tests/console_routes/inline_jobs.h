@@ -43,7 +43,12 @@ class InlineJobs final : public JobRunner {
   Status Cancel(const std::string&) override { return {}; }
 
  private:
-  static Status Run(const JobRequest& request, JobStatus& job) {
+  static Status Run(JobRequest& request, JobStatus& job) {
+    if (request.plan) {
+      auto planned = request.plan();
+      if (!planned) return Fail(planned);
+      request.steps = std::move(*planned);
+    }
     for (std::size_t step = 0; step < request.steps.size(); ++step) {
       std::vector<const char*> arguments{"annulus"};
       for (const std::string& argument : request.steps[step].arguments) arguments.push_back(argument.c_str());

@@ -29,6 +29,7 @@ class GivenModels final : public ModelCache {
     if (found != models.end()) return found->second;
     return Fail("open the model of " + scan_id, "it has none", "fit it");
   }
+  void Change(const OpenModel&, std::shared_ptr<const OpenModel> to) override { models[to->scan_id] = to; }
   void Drop(const std::string& scan_id) override { models.erase(scan_id); }
   void DropAll() override { models.clear(); }
 };

@@ -108,8 +108,9 @@ TEST(FaultMatrix, C1_ACalibrationThatIsMissingIsNotArmed) {
   booth.config_.calibration.uncalibrated = CalibrationConfig::Uncalibrated::kRefuse;
   EXPECT_EQ(
       Armed(booth, "calibration"),
-      "arm a scan: the ring is not calibrated: [calibration] file names nothing: calibrate the ring ('annulus "
-      "calibrate') and name its CAL.json; or set [calibration] uncalibrated = \"mark\", and every result says so");
+      "arm a scan: the ring is not calibrated: none was accepted at the console, and [calibration] file names none: "
+      "calibrate the ring at the console and accept it, or with 'annulus calibrate' and name its CAL.json; or set "
+      "[calibration] uncalibrated = \"mark\", and every result says so");
 }
 
 TEST(FaultMatrix, C1_AnUncalibratedRingIsMarkedIfTheBoothWantsThat) {

@@ -406,7 +406,7 @@ std::string FaultRig::Told() const {
   for (const ScanCause& cause : seen.causes)
     text += "\n  " + std::string(TraitsOf(cause.code).name) + ": " + cause.text;
   for (const InterlockNotice& notice : seen.chain) text += "\n  chain: " + notice.text;
-  for (const std::string& warning : seen.warnings) text += "\n  warning: " + warning;
+  for (const ScanWarning& warning : seen.warnings) text += "\n  warning: " + warning.text;
   if (seen.arm) {
     for (const ArmCheck& check : seen.arm->checks) {
       if (!check.result) text += "\n  " + check.name + ": " + check.result.error().Text();

@@ -120,7 +120,7 @@ TEST(FaultMatrix, H3_ThreeTicksThatAreALittleLateAreAWarningAndStopNothing) {
     rig.SkipTicks(1);  // 20 ms from one to the next: late, and just not too late
     rig.Pass(milliseconds(100));
   }
-  EXPECT_THAT(rig.status().warnings, testing::Contains(HasSubstr("late")));
+  EXPECT_THAT(rig.status().warnings, testing::Contains(testing::Field(&ScanWarning::code, WarningCode::kTicksLate)));
   ASSERT_TRUE(rig.RunUntil([&] { return rig.status().scan.has_value(); })) << rig.Told();
   EXPECT_TRUE(rig.status().scan->complete) << rig.Told();
   EXPECT_EQ(JudgeRun(rig, {}), "");

@@ -110,7 +110,7 @@ TEST(FaultMatrix, D4_ASyncOfTwoSecondsIsToldAndCostsNoLevel) {
   rig.on_tick = [&] { now = rig.Now().count(); };
   bool told = false;
   ASSERT_TRUE(rig.Operate([&] {
-    for (const std::string& warning : rig.status().warnings) told = told || warning.find("disk") != std::string::npos;
+    for (const ScanWarning& one : rig.status().warnings) told = told || one.code == WarningCode::kDiskSlow;
     return rig.status().scan && rig.state() == ScanState::kIdle;
   })) << rig.Told();
   EXPECT_TRUE(told) << rig.Told();

@@ -231,7 +231,7 @@ class Boothd(ProgramTest):
         self.assertIn(other.status["state"], ("SAFE", "IDLE"))
         self.assertFalse(other.status["homed"], "where the carriage is must be found out again")
         self.assertIsNone(other.status["scan"])
-        self.assertTrue(any("interrupted scan saved" in warning for warning in other.status["warnings"]), other.status)
+        self.assertTrue(any(warning["code"] == "recording_saved" and "interrupted scan saved" in warning["text"] for warning in other.status["warnings"]), other.status)
         self.assertEqual(self.succeeds_json("inspect", self.path("scans/day/long.mcap"))["levels"], seen)
         self.terminate(again)
 

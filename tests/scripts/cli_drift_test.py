@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """drift and check on tables of ranges made here: a smooth vase with noise, and a column, seen by an ideal ring."""
 
+import fcntl
 import json
 import math
+import os
 import random
 
 import annulus_cli
@@ -50,6 +52,18 @@ class Drift(ProgramTest):
             file.write("\n".join(table(range_of, seed)) + "\n")
         self.succeeds("import", self.path(name + ".csv"), "--out", self.path(name + ".mcap"))
         return self.path(name + ".mcap")
+
+    def test_two_at_once_do_not_lose_what_the_other_has_added(self):
+        scan, history = self.scan("one", vase(1), 1), self.path("ring.json")
+        folder = os.open(self.folder, os.O_RDONLY)
+        self.addCleanup(os.close, folder)
+        fcntl.flock(folder, fcntl.LOCK_EX)  # as another run of it does
+        done = self.run_program("drift", scan, "--history", history)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("another program is adding", done.stderr)
+        self.assertFalse(os.path.exists(history))
+        fcntl.flock(folder, fcntl.LOCK_UN)
+        self.assertIn("1 scans since", self.succeeds("drift", scan, "--history", history))
 
     def test_a_sensor_that_drifts_is_told_in_text_json_and_picture(self):
         clean = [self.scan(f"clean{n}", vase(n), n) for n in range(10)]

@@ -15,18 +15,15 @@ PASSWORDS = {"operator": "tidal crumbs vexed orbit", "technician": "gravel otter
 
 
 class Console:
-    """`annulus serve --simulated` on a free port, in a folder of its own; its accounts are made at the first start."""
+    """`annulus serve` on a free port, with its things in the folder's `station`: simulated with the three accounts, or of
+    a `config` and without an account yet."""
 
-    def __init__(self, program, folder, *arguments):
-        station = os.path.join(folder, "station")
-        if not os.path.isdir(station):
-            password_file = os.path.join(folder, "passwords")
-            with open(password_file, "w", encoding="utf-8") as f:
-                f.writelines(f"{name} {password}\n" for name, password in PASSWORDS.items())
-            arguments = ("--password-file", password_file, *arguments)
+    def __init__(self, program, folder, *arguments, config=None):
+        station = ["--config", config, "--allow-root"] if config else self.simulated(folder)
         self.started = time.monotonic()
         self.process = subprocess.Popen(
-            [program, "serve", "--simulated", "--port", "0", "--folder", station, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            [program, "serve", *station, "--port", "0", "--folder", os.path.join(folder, "station"), *arguments],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.greeting = ""
         while "Ctrl-C ends it." not in self.greeting:
             line = self.process.stdout.readline()
@@ -35,6 +32,15 @@ class Console:
             self.greeting += line
         self.ready_after = time.monotonic() - self.started
         self.port = int(re.search(r"https://localhost:(\d+)", self.greeting).group(1))
+
+    @staticmethod
+    def simulated(folder):
+        if os.path.isdir(os.path.join(folder, "station")):
+            return ["--simulated"]  # it has its accounts
+        password_file = os.path.join(folder, "passwords")
+        with open(password_file, "w", encoding="utf-8") as f:
+            f.writelines(f"{name} {password}\n" for name, password in PASSWORDS.items())
+        return ["--simulated", "--password-file", password_file]
 
     def stop(self):
         """SIGTERM; the seconds until the end, and the exit code."""
@@ -118,3 +124,50 @@ class Browser:
         if status != 200:
             raise AssertionError(f"log in as {user}: {status} {answer}")
         return answer
+
+    def asks(self, path, body=None):
+        """POST that has to succeed; its answer."""
+        status, answer = self.post(path, body)
+        if status != 200:
+            raise AssertionError(f"POST {path}: {status} {answer}")
+        return answer
+
+    def set_up(self):
+        """The first admin of a new station, and the other two accounts."""
+        self.get("/api/session")
+        self.asks("/api/setup", {"user": "admin", "password": PASSWORDS["admin"]})
+        self.log_in("admin")
+        for name in ("technician", "operator"):
+            self.asks("/api/users", {"name": name, "role": name, "password": PASSWORDS[name]})
+
+    def somebody(self):
+        """A customer who has agreed to be measured; (customer, consent)."""
+        customer = self.asks("/api/customers", {"name": "Jane Test"})["id"]
+        version = self.get("/api/consent-text?language=en")[1]["version"]
+        consent = {"purposes": ["measure", "glasses"], "text_version": version, "language": "en", "agreed": True}
+        return customer, self.asks(f"/api/customers/{customer}/consents", consent)["id"]
+
+    def wait_job(self, job, seconds=240):
+        """The job once it has ended; it has to be done."""
+        end = time.monotonic() + seconds * TIME_FACTOR
+        while job["state"] in ("waiting", "running"):
+            if time.monotonic() > end:
+                raise AssertionError(f"a job does not end: {job}")
+            time.sleep(0.1)
+            job = self.get(f"/api/jobs/{job['id']}")[1]
+        if job["state"] != "done":
+            raise AssertionError(f"a job has not succeeded: {job}")
+        return job
+
+    def bring_in(self, recording):
+        """A recording's bytes, taken in for a new customer and fitted; the scan's id."""
+        customer, consent = self.somebody()
+        status, job = self.request("POST", f"/api/scans/import?customer_id={customer}&consent_id={consent}", recording,
+                                   headers={"Content-Type": "application/octet-stream"})
+        if status != 200:
+            raise AssertionError(f"import: {status} {job}")
+        scan = self.wait_job(job)["result"]["scan"]["id"]
+        for job in self.get("/api/jobs")[1]["jobs"]:
+            if job["kind"] == "fit" and job["subject"] == scan:
+                self.wait_job(job)
+        return scan

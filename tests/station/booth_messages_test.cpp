@@ -130,7 +130,8 @@ StatusMessage FullStatus() {
               {CauseCode::kBrakeSlip, "the axis sinks", "call service", std::chrono::nanoseconds(5)}};
   s.held_by = "door";
   s.chain = {{InterlockFault::kLampLost, std::chrono::nanoseconds(77), true, "lamp", "change it"}};
-  s.warnings = {"slow disk", "late ticks"};
+  s.warnings = {{WarningCode::kDiskSlow, "slow disk", {}},
+                {WarningCode::kRingTemperature, "38 degrees, 20 then", {38.0, 20.5}}};
   s.job = "scan";
   s.stage = "sweep 2 of 4";
   s.done = 12.5;
@@ -167,7 +168,8 @@ TEST(BoothMessages, TellEverythingOfTheStatus) {
   EXPECT_EQ(json["causes"][1]["role"], "service");
   EXPECT_EQ(json["held_by"], "door");
   EXPECT_EQ(json["chain"][0]["fault"], "lamp_lost");
-  EXPECT_EQ(json["warnings"], Json({"slow disk", "late ticks"}));
+  EXPECT_EQ(json["warnings"], Json::parse(R"([{"code":"disk_slow","text":"slow disk","values":[]},
+      {"code":"ring_temperature","text":"38 degrees, 20 then","values":[38.0,20.5]}])"));
   EXPECT_EQ(json["job"], "scan");
   EXPECT_EQ(json["stage"], "sweep 2 of 4");
   EXPECT_EQ(json["done"], 12.5);

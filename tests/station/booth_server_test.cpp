@@ -208,9 +208,9 @@ TEST(BoothServer, TellsOfAChangeSoonAndOfNoChangeEveryHalfSecond) {
   milliseconds soonest = kSoon;
   for (const std::string warning : {"a", "b", "c", "d", "e"}) {
     const auto begin = SystemClock().Now();
-    booth.port().Change([&](ScannerStatus& status) { status.warnings = {warning}; });
+    booth.port().Change([&](ScannerStatus& status) { status.warnings = {{WarningCode::kOther, warning, {}}}; });
     const auto told = [&](const StatusMessage& message) {
-      return message.scanner.warnings == std::vector<std::string>{warning};
+      return message.scanner.warnings == std::vector<ScanWarning>{{WarningCode::kOther, warning, {}}};
     };
     ASSERT_TRUE(viewer.WaitFor(told, kSoon));
     soonest = std::min(soonest, Since(begin));

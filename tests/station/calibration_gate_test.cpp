@@ -128,7 +128,7 @@ TEST_F(CalibrationGateTest, AnUncalibratedRingIsRefusedOrMarkedAsTheBoothWantsIt
   config_.ring.bus = RingBus::kUsb;
   const Status real = Ask();
   ASSERT_FALSE(real);
-  EXPECT_EQ(real.error().seen, "the ring is not calibrated: [calibration] file names nothing");
+  EXPECT_EQ(real.error().seen, "the ring is not calibrated: none was accepted at the console, and [calibration] file names none");
   EXPECT_THAT(real.error().advice, HasSubstr("annulus calibrate"));
   config_.calibration.uncalibrated = Uncalibrated::kMark;
   EXPECT_TRUE(Ask());
@@ -136,6 +136,34 @@ TEST_F(CalibrationGateTest, AnUncalibratedRingIsRefusedOrMarkedAsTheBoothWantsIt
   config_.ring.bus = RingBus::kSimulated;
   config_.calibration.uncalibrated = Uncalibrated::kRefuse;
   EXPECT_FALSE(Ask());
+}
+
+TEST_F(CalibrationGateTest, WithoutANamedFileTheOneAcceptedAtTheConsoleIsInForceOnceThereIsOne) {
+  config_.calibration.file.clear();
+  config_.calibration.uncalibrated = Uncalibrated::kRefuse;
+  config_.store.recordings = "/booth";
+  storage_.files.clear();
+  EXPECT_FALSE(Ask()) << "none was accepted yet";
+  EXPECT_TRUE(CalibrationInForce(config_, "body", storage_)->certificate.empty());
+  ASSERT_TRUE(WriteCalibrationFile(storage_, "/booth/calibration.json", file_));
+  const auto calibration = CalibrationInForce(config_, "body", storage_);
+  ASSERT_TRUE(calibration) << calibration.error().Text();
+  EXPECT_EQ(calibration->certificate, file_.calibration.certificate);
+  EXPECT_TRUE(Ask());
+  storage_.files["/booth/calibration.json"].resize(100);
+  EXPECT_FALSE(CalibrationInForce(config_, "body", storage_)) << "a damaged one is not passed over";
+  EXPECT_FALSE(Ask("body", file_.calibration));
+}
+
+TEST(CalibrationPath, IsTheNamedFileOrBesideTheRecordings) {
+  Config config;
+  EXPECT_EQ(CalibrationPath(config), "");
+  config.store.folder = "/store";
+  EXPECT_EQ(CalibrationPath(config), "/store/recordings/calibration.json");
+  config.store.recordings = "/booth";
+  EXPECT_EQ(CalibrationPath(config), "/booth/calibration.json");
+  config.calibration.file = "/etc/CAL.json";
+  EXPECT_EQ(CalibrationPath(config), "/etc/CAL.json");
 }
 
 TEST_F(CalibrationGateTest, TargetsAreScannedByTheIdealRingWhateverTheFileIs) {

@@ -39,7 +39,8 @@ class ScannerPortTest : public testing::Test {
     description.simulated = true;
     port_ = std::make_unique<ScannerPort>(
         session_->scanner(), description,
-        ScannerPortOptions{config_, storage_, folder_ / "scans", {"memory may be swapped"}});
+        ScannerPortOptions{
+            config_, storage_, folder_ / "scans", {{WarningCode::kMemoryUnlocked, "memory may be swapped", {}}}});
   }
 
   void RunTo(ScanState state) {
@@ -144,7 +145,7 @@ TEST_F(ScannerPortTest, RefusesWhatCannotBePlannedBeforeTheBoothIsAsked) {
   EXPECT_FALSE(port_->Arm(Short("../a.mcap")));
   EXPECT_EQ(port_->status().state, ScanState::kIdle);
   EXPECT_TRUE(port_->status().job.empty());
-  EXPECT_THAT(port_->status().warnings, testing::Contains("memory may be swapped"));
+  EXPECT_THAT(port_->status().warnings, testing::Contains(testing::Field(&ScanWarning::text, "memory may be swapped")));
 }
 
 TEST_F(ScannerPortTest, WantsSubjectAndConsentOnARealBooth) {

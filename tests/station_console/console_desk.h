@@ -52,6 +52,7 @@ class CountingModels final : public ModelCache {
   Result<std::shared_ptr<const OpenModel>> Open(const std::string&) override {
     return Fail("open a model", "there is none", "scan somebody");
   }
+  void Change(const OpenModel&, std::shared_ptr<const OpenModel>) override {}
   void Drop(const std::string&) override {}
   void DropAll() override { ++dropped; }
 

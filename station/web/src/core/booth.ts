@@ -1,5 +1,6 @@
 // The booth as it was last told (docs/console_api.md §4, docs/wire_protocol.md §5.3).
 import { get } from './api';
+import type { Warning } from './booth_said';
 import { connected, on } from './live';
 import { role } from './session';
 import { Signal } from './signal';
@@ -26,7 +27,7 @@ export interface BoothStatus {
   total: number;
   start_presses: number;
   z_mm: number;
-  warnings: { text?: string; advice?: string }[];
+  warnings: Warning[];
   arm: { passed: boolean; checks: { name: string; error: { attempted: string; seen: string; advice: string } | null }[] } | null;
   scan: { number: number; complete: boolean; error: { attempted: string; seen: string; advice: string } | null } | null;
 }

@@ -93,6 +93,11 @@ export function failurePanel(error: unknown, again?: () => void): HTMLElement {
   );
 }
 
+/** What the program itself said, in English, under our words for it: for whoever is called. */
+export function ownWords(own: string, shown: string): HTMLElement | null {
+  return own && own !== shown ? h('span', { class: 'muted', lang: 'en' }, h('br'), own) : null;
+}
+
 export interface FieldLook {
   type?: string;
   value?: string;

@@ -221,6 +221,7 @@ export const technicianWords = {
   sensor_n: ['sensor {n}', 'センサー{n}'],
   drifted: ['it has drifted by {mm}: clean its window; check with a cylinder; calibrate if it stays', '{mm}ドリフトしています。窓を清掃し、円筒で点検し、直らなければ校正してください'],
   drift_update: ['Look at new scans', '新しい測定を調べる'],
+  drift_update_failed: ['The last scans could not be looked at for drift. The scans themselves are safe.', '最近の測定のドリフト評価ができませんでした。測定データは残っています。'],
   drift_updating: ['Looking at new scans', '新しい測定を調べています'],
   baseline_not_ready: ['The baseline is not complete yet: it takes the first ten customers after a calibration ({n} so far).', '基準はまだ完成していません（校正後の最初の10人。現在{n}人）。'],
   sensor_number: ['Number (0 … 179)', '番号 (0～179)'],

@@ -21,6 +21,15 @@ const documents = [
   ['stl', 'doc_stl', 'doc_stl_for', 'stl'],
   ['model', 'doc_model', 'doc_model_for', 'json'],
 ] as const;
+type Document = (typeof documents)[number];
+
+/** Without one of these FreeSewing's file has no use, and the station does not make it. */
+const ofTrunk = ['chest_girth', 'waist_girth', 'hip_girth'];
+
+async function documentsOf(scanId: string): Promise<readonly Document[]> {
+  const { measurements } = await get<{ measurements: { id: string }[] }>(`/api/scans/${encodeURIComponent(scanId)}/measurements`);
+  return measurements.some((one) => ofTrunk.includes(one.id)) ? documents : documents.filter(([kind]) => kind !== 'freesewing');
+}
 
 export const handoverPage: Page = {
   path: '/scans/:scan/handover',
@@ -33,7 +42,8 @@ export const handoverPage: Page = {
     const open = async () => {
       try {
         await takeUp(await get<Scan>(`/api/scans/${encodeURIComponent(scanId)}`));
-        if (!gone) end = show(root, scanId);
+        const offered = await documentsOf(scanId);
+        if (!gone) end = show(root, scanId, offered);
       } catch (error) {
         if (!gone) replace(root, failurePanel(error, () => void open()));
       }
@@ -46,18 +56,18 @@ export const handoverPage: Page = {
   },
 };
 
-function show(root: HTMLElement, scanId: string): () => void {
+function show(root: HTMLElement, scanId: string, offered: readonly Document[]): () => void {
   const frame = stepFrame(root, { step: 'step_hand_over', title: t('hand_title'), back: `/scans/${scanId}/measurements` });
   const words = choice(t('hand_language'), 'language', [['en', 'English'], ['ja', '日本語']], language.value);
   const units = choice(t('units'), 'units', [['mm', 'mm'], ['cm', 'cm'], ['inch', t('inch')]], session.value?.units ?? 'mm');
-  const item = ([kind, name, use, ending]: (typeof documents)[number]) =>
+  const item = ([kind, name, use, ending]: Document) =>
     h(
       'li',
       { class: 'card line' },
       h('span', null, h('strong', null, t(name)), h('br'), h('span', { class: 'muted' }, t(use))),
       h('span', { class: 'row end' }, button(t('hand_save'), () => save(scanId, kind, ending, words.input.value, units.input.value as Units), { label: `${t('hand_save')}: ${t(name)}`, kind: kind === 'sheet' ? 'primary' : 'plain' })),
     );
-  replace(frame.content, h('p', null, t('hand_text')), h('div', { class: 'columns' }, words.root, units.root), h('ul', { class: 'lines' }, ...documents.map(item)));
+  replace(frame.content, h('p', null, t('hand_text')), h('div', { class: 'columns' }, words.root, units.root), h('ul', { class: 'lines' }, ...offered.map(item)));
   replace(frame.actions, button(t('hand_end'), () => endVisit(), { kind: 'primary', large: true }));
   return frame.end;
 }

@@ -1,4 +1,5 @@
 // What the station keeps of customers and scans (docs/console_api.md §3, §7).
+import type { Notice } from '../../core/booth_said';
 
 export type Purpose = 'measure' | 'glasses' | 'reshape' | 'research';
 
@@ -51,7 +52,7 @@ export interface Scan {
     levels: number;
     planned_levels: number;
     coverage: number;
-    notices: { text: string; advice: string }[];
+    notices: Notice[];
     released: boolean;
   } | null;
 }

@@ -1,11 +1,12 @@
 // Step 5: the start key, and the body growing while the ring moves.
 import { ApiFailure, post, type ErrorText } from '../../core/api';
 import { booth, refreshBooth, type BoothStatus, type BoothView } from '../../core/booth';
+import { checkWords } from '../../core/booth_said';
 import { h, replace } from '../../core/dom';
 import { on, tell } from '../../core/live';
 import type { Page } from '../../core/page';
 import { navigate } from '../../core/router';
-import { button, failurePanel, showFailure } from '../../core/ui';
+import { button, failurePanel, ownWords, showFailure } from '../../core/ui';
 import { tOperator as t } from '../../words/operator';
 import { countdown } from './countdown';
 import { growth } from './growth';
@@ -20,6 +21,7 @@ import { changeVisit, visit } from './visit';
 /** The booth waits so long for its start key (docs/operator.md). */
 const kArmed_s = 60;
 
+type Check = NonNullable<BoothStatus['arm']>['checks'][number];
 type Phase = 'checking' | 'failed' | 'armed' | 'moving' | 'storing' | 'idle';
 
 export const scanPage: Page = {
@@ -153,7 +155,7 @@ class ScanSteps {
     const failed = (status.arm?.checks ?? []).filter((check) => check.error !== null);
     tone('trouble');
     this.#show(
-      [h('p', { class: 'lead' }, t('scan_checks_failed')), ...failed.map((check) => failurePanel(new ApiFailure(0, check.error ?? { attempted: check.name, seen: '', advice: '' })))],
+      [h('p', { class: 'lead' }, t('scan_checks_failed')), ...failed.map(failedCheck)],
       [this.#againButton()],
     );
   }
@@ -179,4 +181,9 @@ class ScanSteps {
     this.#growth?.dispose();
     this.#growth = null;
   }
+}
+
+function failedCheck({ name, error }: Check): HTMLElement {
+  const words = checkWords(name, { text: error?.seen ?? name, advice: error?.advice ?? '' });
+  return h('section', { class: 'failure stack', role: 'alert' }, h('h2', null, words.text), h('p', { class: 'do' }, words.advice, ownWords(error?.seen ?? '', words.text)));
 }

@@ -1,5 +1,6 @@
 // Step 6: is the scan good? What to do if not; and the fit.
 import { get } from '../../core/api';
+import { noticeWords } from '../../core/booth_said';
 import { h, replace } from '../../core/dom';
 import { dateTime, fixed } from '../../core/format';
 import type { Page } from '../../core/page';
@@ -71,8 +72,9 @@ function show(root: HTMLElement, scan: Scan, changed: () => void): () => void {
 }
 
 function notices(scan: Scan): HTMLElement | null {
-  const list = scan.summary?.notices ?? [];
-  if (list.length === 0) return null;
+  const { summary } = scan;
+  if (!summary || summary.notices.length === 0) return null;
+  const list = summary.notices.map((notice) => noticeWords(notice, summary));
   return h('section', { class: 'stack' }, h('h2', null, t('verdict_notices')), h('ul', { class: 'lines' }, ...list.map((notice) => h('li', { class: 'card' }, h('p', null, notice.text), notice.advice ? h('p', null, h('strong', null, `${t('fault_do')}: `), notice.advice) : null))));
 }
 

@@ -1,10 +1,11 @@
 // Axis and safety chain: where the carriage is, moving it by hand, what the lines say.
 import { post } from '../../core/api';
 import { booth, type BoothStatus } from '../../core/booth';
+import { warningWords } from '../../core/booth_said';
 import { h, replace } from '../../core/dom';
 import { connected, on, tell } from '../../core/live';
 import { session } from '../../core/session';
-import { button } from '../../core/ui';
+import { button, ownWords } from '../../core/ui';
 import { t } from '../../words/technician';
 import { axisPicture } from './axis_picture';
 import { holdButton, HoldToRun } from './hold_to_run';
@@ -129,16 +130,16 @@ function facts(status: BoothStatus | null, there: boolean): HTMLElement {
 function causesOf(status: BoothStatus | null): Node[] {
   if (!status) return [];
   const serviced = status.causes.length > 0 && status.state === 'FAULT';
-  const causes = status.causes.map((cause) =>
-    h(
+  const inOurWords = booth.value.plain?.causes ?? [];
+  const causes = status.causes.map((cause) => {
+    const words = inOurWords.find((one) => one.code === cause.code) ?? cause;
+    return h(
       'section',
       { class: 'failure stack' },
-      h('h2', null, `${cause.text} `, badge(cause.code), cause.role === 'service' ? badge(t('service_only'), 'warn') : null),
-      h('p', null, cause.advice),
-    ),
-  );
-  const warnings = (status.warnings as unknown as (string | { text?: string; advice?: string })[]).map((one) =>
-    h('p', { class: 'note warn' }, typeof one === 'string' ? one : [one.text, one.advice].filter(Boolean).join(' — ')),
-  );
+      h('h2', null, `${words.text} `, badge(cause.code), cause.role === 'service' ? badge(t('service_only'), 'warn') : null),
+      h('p', null, words.advice, ownWords(`${cause.text}: ${cause.advice}`, `${words.text}: ${words.advice}`)),
+    );
+  });
+  const warnings = status.warnings.map((one) => h('p', { class: 'note warn' }, warningWords(one), ownWords(one.text, warningWords(one))));
   return [...causes, serviced ? h('p', { class: 'row' }, button(t('acknowledge'), () => post('/api/booth/acknowledge'), { kind: 'primary' })) : null, ...warnings].filter((one) => one !== null);
 }

@@ -1,7 +1,7 @@
 // How the sensors have drifted since the calibration, from customer to customer.
 import { get, post } from '../../core/api';
 import { h, replace } from '../../core/dom';
-import { button } from '../../core/ui';
+import { button, ownWords } from '../../core/ui';
 import { heatView, indexSide } from '../../charts/heat_view';
 import { plot } from '../../charts/plot';
 import { angleOfSensor, sensorCount, sensorsPerBoard } from '../../charts/polar';
@@ -20,6 +20,7 @@ interface Drift {
   scans: number;
   baseline_ready: boolean;
   reference_check: { time_ms: number; passed: boolean; common_mm: number; findings: string[]; advice: string[] } | null;
+  update: Pick<Job, 'state' | 'error'> | null;
 }
 
 export const driftPage = {
@@ -42,6 +43,16 @@ export const driftPage = {
 };
 
 function drawn(drift: Drift, ends: Ends): Node[] {
+  return [...failedUpdate(drift.update), ...judged(drift, ends)];
+}
+
+/** It runs by itself after every scan: nobody was looking. */
+function failedUpdate(update: Drift['update']): Node[] {
+  if (update?.state !== 'failed') return [];
+  return [h('p', { class: 'note bad', role: 'alert' }, h('strong', null, `▲ ${t('drift_update_failed')}`), ownWords([update.error?.seen, update.error?.advice].filter(Boolean).join(': '), ''))];
+}
+
+function judged(drift: Drift, ends: Ends): Node[] {
   const alarms = drift.alarms.map((one) => h('p', { class: 'note bad' }, h('strong', null, `▲ ${one.text}`), one.advice ? h('br') : null, one.advice));
   const early = drift.baseline_ready ? [] : [h('p', { class: 'note' }, t('baseline_not_ready', { n: drift.scans }))];
   const alarmCard = card(t('alarms'), ...early, ...(alarms.length > 0 ? alarms : [h('p', { class: 'note good' }, `✓ ${t('no_drift')}`)]));

@@ -1,6 +1,7 @@
 // The safety chain as the program sees it, in words.
 import { get } from '../../core/api';
 import { booth } from '../../core/booth';
+import { chainFaultWords } from '../../core/booth_said';
 import { h, replace } from '../../core/dom';
 import { connected } from '../../core/live';
 import { chainLineWords, t } from '../../words/technician';
@@ -16,6 +17,7 @@ interface InterlockLine {
 }
 
 interface ChainFault {
+  fault: string;
   present: boolean;
   text: string;
   advice: string;
@@ -72,7 +74,12 @@ function chainOf(now: Interlock): Node[] {
   const held = now.held_by ? [h('p', { class: 'note bad' }, h('strong', null, t('chain_holds')), ' ', now.held_by)] : [];
   if (faults.length === 0 && held.length === 0 && now.chain_closed) return [h('p', { class: 'note good' }, `✓ ${t('chain_closed')}`)];
   const open = now.chain_closed ? [] : [h('p', { class: 'note bad' }, h('strong', null, `▲ ${t('chain_open')}`))];
-  return [...open, ...held, ...faults.map((one) => h('p', { class: 'note bad' }, h('strong', null, `▲ ${one.text}`), h('br'), one.advice))];
+  return [...open, ...held, ...faults.map(faultOf)];
+}
+
+function faultOf(one: ChainFault): HTMLElement {
+  const words = chainFaultWords(one.fault, one);
+  return h('p', { class: 'note bad' }, h('strong', null, `▲ ${words.text}`), h('br'), words.advice);
 }
 
 function linesOf(all: readonly InterlockLine[]): Node[] {

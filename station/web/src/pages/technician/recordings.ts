@@ -1,5 +1,6 @@
 // Recordings: what is there, what is in them, saving damaged ones.
 import { get, post } from '../../core/api';
+import { noticeWords, type Notice } from '../../core/booth_said';
 import { h, replace } from '../../core/dom';
 import { dialog } from '../../core/overlay';
 import { button, linkButton, table } from '../../core/ui';
@@ -91,8 +92,12 @@ function stateBadge(state: string): HTMLElement {
 }
 
 function inspected(row: RecordingRow, report: object): HTMLElement {
-  const { quality, ...rest } = report as { quality?: { verdict?: string; notices?: { text: string; advice: string }[] } };
-  const notices = quality?.notices?.map((one) => h('p', { class: 'note warn' }, h('strong', null, one.text), h('br'), one.advice)) ?? [];
+  const { quality, ...rest } = report as { quality?: { verdict?: string; notices?: Notice[] } };
+  const counts = { levels: row.levels ?? 0, planned_levels: null };
+  const notices = (quality?.notices ?? []).map((one) => {
+    const words = noticeWords(one, counts);
+    return h('p', { class: 'note warn' }, h('strong', null, words.text), h('br'), words.advice);
+  });
   return card(
     t('inspected', { id: row.scan_id }),
     ...notices,
