@@ -147,7 +147,6 @@ export const glassesWords = {
   style: ['Style', 'スタイル'],
   take: ['Try it on', 'かけてみる'],
   texture: ['Texture', 'テクスチャ'],
-  texture_note: ['Textures show in the true picture.', 'テクスチャは高品質画像に表示されます。'],
   texture_scale: ['Size of the pattern', '模様の大きさ'],
   tint: ['Lens colour', 'レンズの色'],
   title: ['Title', '名前'],

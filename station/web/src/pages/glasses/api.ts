@@ -1,6 +1,7 @@
 // The designer's requests (docs/console_api.md §9), typed.
 import { get, getBinary, post, postForBinary } from '../../core/api';
 import { readMesh, type StationMesh } from '../../view3d/mesh_format';
+import type { SolidPlace, SolidTexture } from '../../view3d/solid_texture';
 import type { Rgb } from './colour';
 import { designBody, lookBody, type Design } from './design';
 import type { Job } from './jobs';
@@ -61,6 +62,8 @@ export interface PreviewNotes {
   values?: FieldValues;
   /** Marking: "52□18-140". */
   size?: string;
+  /** Of the first two parts of the mesh; they lie in the frame's own coordinates. */
+  textures?: { frame_from_station: SolidPlace; upper: SolidTexture; lower: SolidTexture };
 }
 
 export interface Goal {
