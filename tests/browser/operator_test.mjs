@@ -1,4 +1,5 @@
 // The operator's flow on the simulated booth: from "new visit" to the wiped screen; and what may go wrong in it.
+import { loadavg } from 'node:os';
 import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
 
 /** A scan of the whole body on the simulated booth, and its fit. */
@@ -22,6 +23,7 @@ export const end = (station) => station.stop();
 async function withOperator(browser, station, look, run) {
   const profile = await openProfile(browser, station.url, look);
   try {
+    await profile.context.addInitScript(noteLevels);
     const page = await profile.open();
     await logIn(page, 'operator');
     await run(page, profile);
@@ -30,6 +32,39 @@ async function withOperator(browser, station, look, run) {
   } finally {
     await profile.close();
   }
+}
+
+/** In the page, before its scripts: notes when each level arrives, as [recorded, sent, arrived], all in ms. */
+function noteLevels() {
+  globalThis.arrivals = [];
+  globalThis.WebSocket = class extends WebSocket {
+    constructor(...line) {
+      super(...line);
+      this.addEventListener('message', ({ data }) => {
+        const arrived = Date.now();
+        if (!data.startsWith('{"type":"level"')) return;
+        const level = JSON.parse(data);
+        globalThis.arrivals.push([level.time_ns / 1e6, level.sent_ms, arrived]);
+      });
+    }
+  };
+}
+
+/**
+ * Says how late levels were in the page. The booth's clock has another zero than the page's: what is recorded is
+ * compared with the quickest level of the scan, so that what all have in common is not in
+ * it; what the console sent is compared directly. Time that the simulated booth lost on a busy machine counts as late.
+ */
+async function sayDelays(page) {
+  const arrivals = await page.evaluate(() => globalThis.arrivals);
+  const quickest = Math.min(...arrivals.map(([recorded, , arrived]) => arrived - recorded));
+  const say = (what, delays) => {
+    const sorted = delays.sort((a, b) => a - b);
+    const at = (share) => Math.round(sorted[Math.floor(share * (sorted.length - 1))]);
+    console.log(`       ${what}: p50 ${at(0.5)}, p99 ${at(0.99)}, worst ${at(1)} ms of ${sorted.length} levels, load ${loadavg()[0].toFixed(1)} [p99 100]`);
+  };
+  say('level recorded … in the page, beyond the quickest', arrivals.map(([recorded, , arrived]) => arrived - recorded - quickest));
+  say('level sent by the console … in the page', arrivals.map(([, sent, arrived]) => arrived - sent));
 }
 
 const button = (page, name) => page.getByRole('button', { name, exact: typeof name === 'string' });
@@ -83,6 +118,7 @@ for (const [language, t, locale] of [['en', english, 'en-GB'], ['ja', japanese, 
       await checkAccess(page, 'growing body');
       await picture(page, `growth-${language}`);
       await page.locator('.verdict').waitFor({ timeout: kScan_s * 1000 });
+      await sayDelays(page);
       await checkAccess(page, 'verdict');
       await picture(page, `verdict-${language}`);
       const on = page.getByRole('link', { name: t.measurements });

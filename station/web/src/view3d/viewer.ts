@@ -313,6 +313,7 @@ export class Viewer {
     renderer.render(this.#scene, this.#camera);
     this.#overlay.place((p) => this.project(p), eyeOf(this.#place), this.element.clientWidth, this.element.clientHeight);
     // For whoever measures how fluent it is from outside.
+    renderer.domElement.dataset['triangles'] = String(renderer.info.render.triangles);
     renderer.domElement.dataset['drawn'] = String(++this.#drawn);
     this.#drawFineLater(renderer);
   }

@@ -1,5 +1,5 @@
 // Words of the operator's steps.
-import { wordsOf } from '../core/words';
+import { language, wordsOf } from '../core/words';
 
 export const operatorWords = {
   acknowledge: ['Acknowledge', '確認'],
@@ -267,3 +267,30 @@ export const operatorWords = {
 } as const;
 
 export const tOperator = wordsOf(operatorWords);
+
+/** What was noticed in a scan and what to do, by its code (acquisition/scan_quality.h). */
+const noticesInJapanese: Record<string, readonly [text: string, advice: string]> = {
+  cap: ['帽子やヘアバンドのような段差があります。頭部はその上から測定されます。', '頭部の寸法が必要な場合は、外すか薄いキャップをかぶり、もう一度測定してください。'],
+  gaps: ['測定できなかった部分があります。', '別の位置で測るか、遮るものをなくしてもう一度測定してください。'],
+  hair: ['髪の凹凸があります。頭部は髪の上から測定されます。', '頭部の寸法が必要な場合は、髪をまとめるか薄いキャップをかぶり、もう一度測定してください。'],
+  incomplete: ['測定が途中で終わりました。', 'もう一度測定してください。'],
+  left: ['リングの中に人がいない時間がありました。', 'リングが止まるまで動かないようお願いし、もう一度測定してください。'],
+  loose_clothing: ['表面が揺れています。ゆったりした服の可能性があります。', '体に沿う服装に替えて、もう一度測定してください。'],
+  moved: ['お客様の立つ位置が変わりました。', '印の上に立ち、一点を見て動かないようお願いし、もう一度測定してください。'],
+  noise: ['測定値のばらつきが大きくなっています。', 'リングの窓を拭いてください。直らない場合は校正が必要です。'],
+  part_moved: ['腕などの位置が途中で変わりました。', '腕を動かさないようお願いし、ほかの人が手を入れていないことを確認して、もう一度測定してください。'],
+  sensors_dead: ['反応しないセンサーがあります。', 'センサーの窓を拭いてください。直らない場合はサービスに連絡してください。'],
+  sensors_stuck: ['同じ値を返し続けるセンサーがあります。その値は使いません。', 'リングの電源を入れ直してください。また出る場合はサービスに連絡してください。'],
+  spectacles: ['顔の前に細いものがあります。眼鏡の可能性があります。', '眼鏡を外して、もう一度測定してください。'],
+  spikes: ['周りと大きく異なる値がありました。その値は使いません。', '日光、鏡、光る装身具をブースに入れないでください。'],
+  swayed: ['測定中に体が揺れました。長さと奥行きの誤差が大きくなります。', '長さが必要な場合は、20秒ほど静かに立っていただいてから、もう一度測定してください。'],
+  weak_returns: ['暗い部分や光る部分があり、測定が不確かです。', '明るくつやのないもので覆うか、外してください。'],
+};
+
+/** The station's sentence in English, with its numbers; in Japanese what it comes to, and at which height. */
+export function noticeWords(notice: { code: string; text: string; advice: string }): { text: string; advice: string } {
+  const known = noticesInJapanese[notice.code];
+  if (language.value === 'en' || !known) return notice;
+  const height = /(\d+\.\d\d)-(\d+\.\d\d) m/.exec(notice.text);
+  return { text: known[0] + (height ? `（高さ${height[1]}～${height[2]} m）` : ''), advice: known[1] };
+}

@@ -58,6 +58,7 @@ export interface Catalogue {
 export interface PreviewNotes {
   /** What was changed so that it can be built, one sentence each. */
   adjusted: string[];
+  placement?: string;
   placement_text?: string;
   values?: FieldValues;
   /** Marking: "52□18-140". */
@@ -108,7 +109,9 @@ export interface RankedFrame {
   size: string;
   marking: string;
   score: number;
+  /** "fits", or the first advice. */
   why: string;
+  goals?: Goal[];
   design: object;
 }
 

@@ -2,7 +2,7 @@
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, progress, table, type Column } from '../../core/ui';
 import { toast } from '../../core/overlay';
-import { tGlasses, goalWords } from '../../words/glasses';
+import { contactWord, tGlasses, goalWords } from '../../words/glasses';
 import type { Artefact, Contact, FitReport, Goal } from './api';
 import { activeDesign } from './design';
 import type { Desk } from './desk';
@@ -75,7 +75,7 @@ function goalTable(goals: readonly Goal[]): HTMLElement {
 
 function contactTable(contacts: readonly Contact[]): HTMLElement {
   return table(tGlasses('contacts'), [
-    { head: tGlasses('contact_part'), cell: (contact: Contact) => contact.part.replaceAll('_', ' ') },
+    { head: tGlasses('contact_part'), cell: (contact: Contact) => contactWord(contact.part) },
     { head: tGlasses('contact_gap'), number: true, cell: (contact) => contact.distance_mm.toFixed(2) },
     { head: tGlasses('contact_load'), number: true, cell: (contact) => `${Math.round(100 * contact.load_share)} %` },
   ], contacts).root;

@@ -1,7 +1,7 @@
 // All frames of the library, put on this head and ranked.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, progress } from '../../core/ui';
-import { tGlasses, styleWord } from '../../words/glasses';
+import { rankWords, tGlasses, styleWord } from '../../words/glasses';
 import type { RankedFrame } from './api';
 import { cancelJob, finished } from './jobs';
 import type { Desk } from './desk';
@@ -38,6 +38,6 @@ function rankedRow(desk: Desk, frame: RankedFrame): HTMLElement {
   return h('li', { class: 'ranked' },
     h('span', { class: 'rank number' }, frame.rank), drawing,
     h('div', null, h('strong', null, name), h('span', { class: 'muted' }, ` ${frame.marking}`),
-      h('p', { class: 'small' }, `${tGlasses('fit_score', { score: Math.round(frame.score) })}${frame.why ? ` · ${frame.why}` : ''}`)),
+      h('p', { class: 'small' }, `${tGlasses('fit_score', { score: Math.round(frame.score) })}${frame.why ? ` · ${rankWords(frame)}` : ''}`)),
     take);
 }

@@ -51,7 +51,7 @@ export interface Scan {
     levels: number;
     planned_levels: number;
     coverage: number;
-    notices: { text: string; advice: string }[];
+    notices: { code: string; text: string; advice: string }[];
     released: boolean;
   } | null;
 }

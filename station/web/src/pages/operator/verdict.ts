@@ -5,7 +5,7 @@ import { dateTime, fixed } from '../../core/format';
 import type { Page } from '../../core/page';
 import { navigate } from '../../core/router';
 import { button, failurePanel, linkButton } from '../../core/ui';
-import { tOperator as t } from '../../words/operator';
+import { noticeWords, tOperator as t } from '../../words/operator';
 import { fitProgress } from './fit_progress';
 import { profileName } from './names';
 import type { Scan } from './records';
@@ -71,7 +71,7 @@ function show(root: HTMLElement, scan: Scan, changed: () => void): () => void {
 }
 
 function notices(scan: Scan): HTMLElement | null {
-  const list = scan.summary?.notices ?? [];
+  const list = (scan.summary?.notices ?? []).map(noticeWords);
   if (list.length === 0) return null;
   return h('section', { class: 'stack' }, h('h2', null, t('verdict_notices')), h('ul', { class: 'lines' }, ...list.map((notice) => h('li', { class: 'card' }, h('p', null, notice.text), notice.advice ? h('p', null, h('strong', null, `${t('fault_do')}: `), notice.advice) : null))));
 }
