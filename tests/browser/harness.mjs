@@ -98,7 +98,13 @@ export async function openProfile(browser, url, look = {}) {
     await page.goto(`${url}/#${path}`);
     return page;
   };
-  return { context, foreign, complaints, open, close: () => context.close() };
+  const close = async () => {
+    // A session that gave orders keeps the booth for a minute, as long as nobody logs out.
+    const page = context.pages()[0];
+    if (page) await ask(page, 'POST', '/api/logout').catch(() => {});
+    await context.close();
+  };
+  return { context, foreign, complaints, open, close };
 }
 
 export async function logIn(page, user) {

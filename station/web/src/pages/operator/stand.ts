@@ -1,7 +1,7 @@
 // Step 4: stand so, and let the sway of stepping on die down.
 import { h, replace } from '../../core/dom';
 import type { Page } from '../../core/page';
-import { button } from '../../core/ui';
+import { button, failurePanel } from '../../core/ui';
 import { tOperator as t } from '../../words/operator';
 import { countdown } from './countdown';
 import { armScan } from './order_scan';
@@ -31,7 +31,14 @@ export const standPage: Page = {
       frame.content,
       h('div', { class: 'columns' }, h('div', { class: 'card' }, standDrawing()), h('div', { class: 'stack' }, h('ol', { class: 'rules' }, ...rules.map((rule) => h('li', null, rule))), settle)),
     );
-    const arm = () => armScan();
+    const arm = async () => {
+      try {
+        await armScan();
+      } catch (error) {
+        replace(settle, failurePanel(error));
+        replace(frame.actions, button(t('scan_arm'), arm, { kind: 'primary', large: true }));
+      }
+    };
     let timer: { end: () => void } = { end: () => {} };
     const wait = () => {
       tone('tick');
