@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "base/clock.h"
@@ -36,22 +37,25 @@ class BeatClock final : public Clock {
 };
 
 /// Virtual time in which something happens every `period`, also while somebody waits: what another thread does, in one
-/// thread and always the same. Thread-bound.
+/// thread and always the same. Thread-bound, but for Now and WallNow where those of `time` are for any thread.
 class InterleavedClock final : public Clock {
  public:
-  explicit InterleavedClock(std::chrono::nanoseconds period) : period_(period) {}
+  /// `time` passes when it is slept by, as fast as it likes: a manual clock at once, a paced one like the host's.
+  explicit InterleavedClock(std::chrono::nanoseconds period,
+                            std::unique_ptr<Clock> time = std::make_unique<ManualClock>())
+      : clock_(std::move(time)), period_(period) {}
 
-  [[nodiscard]] std::chrono::nanoseconds Now() const override { return clock_.Now(); }
-  [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_.WallNow(); }
+  [[nodiscard]] std::chrono::nanoseconds Now() const override { return clock_->Now(); }
+  [[nodiscard]] std::chrono::nanoseconds WallNow() const override { return clock_->WallNow(); }
   void SleepUntil(std::chrono::nanoseconds deadline) override {
     while (tick_ && !ticking_ && next_ <= deadline) {
-      clock_.SleepUntil(next_);
+      clock_->SleepUntil(next_);
       next_ += period_;
       ticking_ = true;
       tick_();
       ticking_ = false;
     }
-    clock_.SleepUntil(deadline);
+    clock_->SleepUntil(deadline);
   }
   /// From now on, first after one period.
   void Start(std::function<void()> tick) {
@@ -60,7 +64,7 @@ class InterleavedClock final : public Clock {
   }
 
  private:
-  ManualClock clock_;
+  std::unique_ptr<Clock> clock_;
   std::chrono::nanoseconds period_;
   std::function<void()> tick_;
   std::chrono::nanoseconds next_{0};

@@ -2,6 +2,8 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <utility>
@@ -28,6 +30,7 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   auto ground = DeviceGround::Make(config, storage, options.pace);
   if (!ground) return Fail(ground);
   session->ground_ = std::move(*ground);
+  session->pace_ = session->ground_->virtual_time() == nullptr ? Pace::kRealTime : options.pace;
   // First of all: the lines are for one program only, and a second one must not even look at ring and axis.
   auto interlock = OpenInterlock(config.interlock, *session->ground_);
   if (!interlock) return Fail(interlock);
@@ -55,9 +58,8 @@ Result<std::unique_ptr<BoothSession>> BoothSession::Open(const Config& config, S
   static_cast<void>(session->scanner_->Begin());
   if (InterleavedClock* time = session->ground_->virtual_time()) {
     time->Start([raw = session.get()] { raw->Tick(); });
-  } else {
-    session->StartThreads();
   }
+  session->StartThreads();
   return session;
 }
 
@@ -75,10 +77,27 @@ BoothSession::~BoothSession() {
 }
 
 void BoothSession::StartThreads() {
+  if (pace_ == Pace::kAsFastAsPossible) return;
+  if (pace_ == Pace::kPaced) {
+    worker_ = std::jthread([this](const std::stop_token& stop) { RunPaced(stop); });
+    return;
+  }
   control_ = std::jthread([this](const std::stop_token& stop) { RunControl(stop); });
   worker_ = std::jthread([this](const std::stop_token& stop) {
     while (!stop.stop_requested()) scanner_->Step();
   });
+}
+
+void BoothSession::RunPaced(const std::stop_token& stop) {
+  while (!stop.stop_requested() && !killed_) Work();
+  // By the plan: as if somebody had, with whoever serves this booth.
+  if (killed_) static_cast<void>(kill(getpid(), SIGKILL));
+}
+
+void BoothSession::Work() {
+  if (!worker_dead_) return scanner_->Step();
+  Clock& clock = ground_->clock();
+  clock.SleepUntil(clock.Now() + scan_time::kTick);
 }
 
 void BoothSession::RunControl(const std::stop_token& stop) {
@@ -131,24 +150,24 @@ void BoothSession::ActForPeople() {
 
 bool BoothSession::RunUntil(const std::function<bool(const ScannerStatus&)>& done, nanoseconds patience,
                             const Watch& watch) {
-  Clock& clock = ground_->clock();
+  const bool works = pace_ == Pace::kAsFastAsPossible;
+  // In paced time only the thread that works may let time pass.
+  SystemClock host;
+  Clock& clock = pace_ == Pace::kPaced ? host : ground_->clock();
   const nanoseconds end = clock.Now() + patience;
-  const bool in_virtual_time = ground_->virtual_time() != nullptr;
-  if (in_virtual_time) watch_ = &watch;
+  if (works) watch_ = &watch;
   bool reached = done(scanner_->status());
   while (!reached && clock.Now() < end) {
     if (killed_) break;  // by the plan: the program is no more
-    if (in_virtual_time && worker_dead_) {
-      clock.SleepUntil(clock.Now() + scan_time::kTick);
-    } else if (in_virtual_time) {
-      scanner_->Step();
+    if (works) {
+      Work();
     } else {
       clock.SleepUntil(clock.Now() + scan_time::kTick);
       if (watch) watch(scanner_->status());
     }
     reached = done(scanner_->status());
   }
-  if (in_virtual_time) watch_ = nullptr;  // in real time the control thread looks at it
+  if (works) watch_ = nullptr;  // else the control thread looks at it
   return reached;
 }
 

@@ -29,8 +29,9 @@ struct BoothSessionOptions {
   ScannerOptions scanner;
 };
 
-/// A booth with its program: devices opened as the configuration says, tapped, and the scanner on them. In virtual time
-/// whoever waits does the work of both threads; in real time there are two of them, from Start to the end.
+/// A booth with its program: devices opened as the configuration says, tapped, and the scanner on them. In real time
+/// there are two threads, from Open to the end; in virtual time whoever waits does the work of both, and in paced
+/// virtual time one thread does.
 class BoothSession {
  public:
   /// Opens and identifies the devices, and tests the watchdog relay; nothing moves. Gate and storage are borrowed.
@@ -63,7 +64,10 @@ class BoothSession {
  private:
   BoothSession() = default;
   void StartThreads();
+  void RunPaced(const std::stop_token& stop);
   void RunControl(const std::stop_token& stop);
+  /// One step of the worker, which lets time pass, in virtual time.
+  void Work();
   void Tick();
   /// What somebody at a simulated booth would do.
   void ActForPeople();
@@ -74,15 +78,16 @@ class BoothSession {
   AxisDevice axis_;
   std::unique_ptr<Interlock> interlock_;
   std::unique_ptr<Scanner> scanner_;
+  Pace pace_ = Pace::kAsFastAsPossible;
   SimOperator operator_ = SimOperator::kNobody;
   std::uint64_t levels_ = 0;  ///< Taken since the session was opened.
   // What a fault plan does to the host.
-  bool killed_ = false;
+  std::atomic<bool> killed_ = false;
   bool stalled_ = false;
   bool worker_dead_ = false;
   std::chrono::nanoseconds late_until_{0};
   std::chrono::nanoseconds next_press_{0};
-  const Watch* watch_ = nullptr;  ///< Of the RunUntil that waits in virtual time; null: nobody looks.
+  const Watch* watch_ = nullptr;  ///< Of the RunUntil that does the work; null: nobody looks.
   mutable std::mutex note_mutex_;
   std::string scheduling_note_;
   std::jthread control_;  ///< Last: they end first.

@@ -120,7 +120,7 @@ Status Serve(const BoothdCommand& options, CommandIo& io) {
   auto levels = LevelMailbox::Make();
   if (!levels) return Fail(levels);
   BoothSessionOptions session_options;
-  session_options.pace = Pace::kRealTime;
+  session_options.pace = config->sim.real_time ? Pace::kRealTime : Pace::kPaced;
   session_options.scanner.recording.keys = keys->get();
   std::vector<std::string> notes = PrepareHost(*config, session_options.scanner);
   for (std::string& saved : SaveWhatWasLeft(options, keys->get(), io)) notes.push_back(std::move(saved));

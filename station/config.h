@@ -42,6 +42,7 @@ struct SimConfig {
   bool dark_patches = false;
   bool reference = false;  ///< The reference board is there; its sensors are those of [ring] reference.
   std::string faults;      ///< Path of a fault plan (docs/formats.md); empty: nothing goes wrong.
+  bool real_time = false;  ///< Served by boothd, its time is the host's even where nothing is real (Pace).
   bool cap = false;
   bool loose_clothing = false;
   std::optional<double> step_aside_s;  ///< On the booth's clock, as the times of a recording's levels.

@@ -7,6 +7,7 @@
 #include "acquisition/tapped_buses.h"
 #include "acquisition/tapped_devices.h"
 #include "base/ensure.h"
+#include "base/paced_clock.h"
 #include "station/sim_subject.h"
 
 namespace annulus {
@@ -53,8 +54,10 @@ DeviceGround::~DeviceGround() = default;
 
 Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, Storage& storage, Pace pace) {
   std::unique_ptr<DeviceGround> ground(new DeviceGround);
-  if (AllSimulated(config) && pace == Pace::kAsFastAsPossible) {
-    auto time = std::make_unique<InterleavedClock>(scan_time::kTick);
+  if (AllSimulated(config) && pace != Pace::kRealTime) {
+    auto time = pace == Pace::kPaced
+                    ? std::make_unique<InterleavedClock>(scan_time::kTick, std::make_unique<PacedClock>(ground->host_))
+                    : std::make_unique<InterleavedClock>(scan_time::kTick);
     ground->virtual_time_ = time.get();
     ground->clock_ = std::move(time);
   } else {
@@ -76,7 +79,7 @@ Result<std::unique_ptr<DeviceGround>> DeviceGround::Make(const Config& config, S
   }
   if (!config.sim.faults.empty()) {
     return Fail("inject the faults of " + config.sim.faults, "they need virtual time",
-                "leave [sim] faults out, or run 'annulus scan' with nothing but simulated devices");
+                "leave [sim] faults or real_time out, and let nothing but simulated devices be configured");
   }
   ground->locked_ = std::make_unique<sim::LockedTime>(*ground->clock_);
   ground->booth_ = std::make_unique<sim::BoothDevices>(std::move(*options), *ground->locked_);

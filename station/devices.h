@@ -26,9 +26,10 @@ namespace annulus {
 /// Who and what stands in the simulated booth of a configuration.
 Result<sim::BoothOptions> SimulatedBooth(const Config& config, Storage& storage);
 
-/// How simulated time passes.
+/// How time passes.
 enum class Pace {
   kAsFastAsPossible,  ///< Virtual time, where nothing of the configuration is real; else the host's.
+  kPaced,             ///< The same, but no faster than the host's: for people and programs that look on (PacedClock).
   kRealTime,          ///< The host's, with threads.
 };
 
@@ -45,7 +46,7 @@ class DeviceGround {
   [[nodiscard]] Clock& clock() { return *clock_; }
   /// Of ring and axis; shows the same time.
   [[nodiscard]] BeatClock& worker_clock() { return *worker_clock_; }
-  /// Null in real time.
+  /// Null where time is the host's.
   [[nodiscard]] InterleavedClock* virtual_time() { return virtual_time_; }
   /// Null if nothing of the configuration is simulated. In real time the booth belongs to the threads that use its
   /// seams: hold Hold() while you touch it otherwise.
@@ -62,6 +63,7 @@ class DeviceGround {
  private:
   DeviceGround() = default;
 
+  SystemClock host_;
   std::unique_ptr<Clock> clock_;
   InterleavedClock* virtual_time_ = nullptr;
   std::unique_ptr<BeatClock> worker_clock_;

@@ -117,6 +117,7 @@ void ReadSimSection(const toml::node& node, SimConfig& sim) {
              {"reference", ToFlag(sim.reference)},
              {"cap", ToFlag(sim.cap)},
              {"loose_clothing", ToFlag(sim.loose_clothing)},
+             {"real_time", ToFlag(sim.real_time)},
              {"step_aside_s", ToNumber(sim.step_aside_s, 0.0, 1e4)},
              {"leave_s", ToNumber(sim.leave_s, 0.0, 1e4)},
              {"raise_arm_s", ToNumber(sim.raise_arm_s, 0.0, 1e4)},

@@ -17,6 +17,8 @@ from booth_socket import BoothSocket, Refused
 
 # The head of the simulated body, so that the sensors have something to see; the drive's home is above.
 CONFIG = """
+[sim]
+real_time = true
 [profile.short]
 z_top_mm = 1700
 z_bottom_mm = 1600

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "acquisition/recording.h"
 #include "station/profile_plan.h"
@@ -44,17 +45,17 @@ bool TooBusy(const ScannerStatus& status) {
   });
 }
 
-/// The simulated booth on the host's time, with its two threads and an automatic operator; a third thread looks at it
-/// all the time, as a console does.
-class BoothInRealTime : public testing::Test {
+/// The simulated booth with its threads and an automatic operator; another thread looks at it all the time, as a
+/// console does.
+class BoothWithThreads : public testing::Test {
  protected:
-  BoothInRealTime() {
+  explicit BoothWithThreads(Pace pace) {
     config_.profiles["short"].z_top_mm = 1700.0;
     config_.profiles["short"].z_bottom_mm = 1600.0;
     config_.profiles["short"].pitch_mm = 5.0;
     config_.profiles["short"].speed_mm_s = 100.0;
     BoothSessionOptions options;
-    options.pace = Pace::kRealTime;
+    options.pace = pace;
     options.scanner.on_level = [this](const ScanLevel&) { ++levels_; };
     auto session = BoothSession::Open(config_, gate_, storage_, std::move(options));
     if (!session) throw std::runtime_error(session.error().Text());
@@ -64,11 +65,11 @@ class BoothInRealTime : public testing::Test {
         const ScannerStatus status = session_->scanner().status();
         looks_ += status.state == ScanState::kSafe ? 0 : 1;
         if (TooBusy(status)) saw_busy_ = true;
-        session_->clock().SleepUntil(session_->clock().Now() + milliseconds(5));
+        SystemClock().SleepUntil(SystemClock().Now() + milliseconds(5));
       }
     });
   }
-  ~BoothInRealTime() override { EndLooking(); }
+  ~BoothWithThreads() override { EndLooking(); }
 
   void EndLooking() {
     looker_.request_stop();
@@ -114,6 +115,47 @@ class BoothInRealTime : public testing::Test {
   std::string busy_;  ///< Why this machine is too busy; empty: it is not.
   std::jthread looker_;
 };
+
+/// On the host's time, with two threads.
+class BoothInRealTime : public BoothWithThreads {
+ protected:
+  BoothInRealTime() : BoothWithThreads(Pace::kRealTime) {}
+};
+
+/// In time that waits for the computer, with one.
+class BoothInPacedTime : public BoothWithThreads {
+ protected:
+  BoothInPacedTime() : BoothWithThreads(Pace::kPaced) {}
+};
+
+TEST_F(BoothInPacedTime, TakesAWholeScanOnAComputerThatIsFarTooBusyForRealTime) {
+  std::vector<std::jthread> others;
+  for (unsigned i = 0; i < 8 * std::max(1U, std::thread::hardware_concurrency()); ++i) {
+    others.emplace_back([](const std::stop_token& stop) {
+      for (std::atomic<int> turns = 0; !stop.stop_requested();) ++turns;
+    });
+  }
+  ASSERT_TRUE(Home());
+  ASSERT_TRUE(Arm());
+  const std::uint64_t presses = scanner().status().start_presses;
+  ASSERT_TRUE(Reach("start key", [&](const ScannerStatus& status) { return status.start_presses > presses; }));
+  const auto begin = session_->clock().Now();
+  ASSERT_TRUE(scanner().OrderStart(scanner().status().version));
+  ASSERT_TRUE(
+      session_->RunUntil([](const ScannerStatus& status) { return status.scan && Rests(status); }, seconds(60)));
+  const ScannerStatus status = scanner().status();
+  ASSERT_TRUE(status.scan->status) << status.scan->status.error().Text();
+  EXPECT_TRUE(status.scan->complete);
+  EXPECT_FALSE(saw_busy_);
+  // 100 mm and back at 100 mm/s.
+  EXPECT_GE(session_->clock().Now() - begin, seconds(1));
+  EXPECT_LE(session_->clock().Now() - begin, seconds(10));
+  EndLooking();
+  session_.reset();
+  const auto recording = ReadWholeRecording(storage_, path_);
+  ASSERT_TRUE(recording) << recording.error().Text();
+  EXPECT_EQ(recording->scan.levels.size(), status.scan->summary.levels);
+}
 
 TEST_F(BoothInRealTime, TakesAScanThatIsCancelledAndKeepsWhatItHas) {
   if (Home() && Arm()) {
