@@ -40,7 +40,7 @@ export async function startConsole(options = []) {
   const store = join(folder, 'store');
   const child = spawn(program, ['serve', '--simulated', '--port', '0', '--folder', store, '--web', web, '--password-file', file, ...options], { stdio: ['ignore', 'pipe', 'pipe'] });
   const said = [];
-  const ended = new Promise((done) => child.once('exit', done));
+  const ended = new Promise((done) => child.once('exit', done).once('error', done));
   const stop = async () => {
     child.kill('SIGTERM');
     const late = setTimeout(() => child.kill('SIGKILL'), seconds(15));

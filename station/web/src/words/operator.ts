@@ -147,7 +147,7 @@ export const operatorWords = {
   record_consents: ['Consents', '同意'],
   record_erase: ['Erase the customer', 'お客様のデータを消去する'],
   record_export: ['Export everything', 'すべて書き出す'],
-  record_keep: ['In the record since {since}; erased by itself after {until}.', '登録日：{since}　自動消去：{until}以降'],
+  record_keep: ['In the record since {since}; to be erased after {until}.', '登録日：{since}　保存期限：{until}'],
   record_missing: ['the recording is missing', '記録ファイルがありません'],
   record_no_consents: ['none', 'なし'],
   record_rights: ['The customer’s rights', 'お客様の権利'],

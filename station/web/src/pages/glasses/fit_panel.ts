@@ -1,6 +1,7 @@
 // How the frame sits, in words and numbers, and the files that leave the shop.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, progress, table, type Column } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { toast } from '../../core/overlay';
 import { contactWord, tGlasses, goalWords } from '../../words/glasses';
 import type { Artefact, Contact, FitReport, Goal } from './api';
@@ -33,7 +34,7 @@ async function fitNow(desk: Desk, into: HTMLElement): Promise<void> {
   replace(into, bar.root);
   try {
     const job = await desk.api.fit(design, prescription);
-    const result = await finished<{ worn: Artefact; report: FitReport }>(job, ({ share, stage }) => bar.set(share, stage));
+    const result = await finished<{ worn: Artefact; report: FitReport }>(job, ({ share, stage }) => bar.set(share, ifEnglish(stage)));
     if (result) desk.fitted.set({ ...desk.fitted.value, [side]: { design, prescription, worn: result.worn.id, report: result.report } });
   } catch (error) {
     replace(into, failurePanel(error));

@@ -1,6 +1,7 @@
 // All frames of the library, put on this head and ranked.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, progress } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { rankWords, tGlasses, styleWord } from '../../words/glasses';
 import type { RankedFrame } from './api';
 import { cancelJob, finished } from './jobs';
@@ -20,7 +21,7 @@ async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
   try {
     const job = await desk.api.rank(desk.bench.value.prescription, 30);
     into.append(button(tGlasses('cancel'), () => cancelJob(job.id)));
-    const result = await finished<{ frames: RankedFrame[] }>(job, ({ share, stage }) => bar.set(share, stage));
+    const result = await finished<{ frames: RankedFrame[] }>(job, ({ share, stage }) => bar.set(share, ifEnglish(stage)));
     if (result) replace(into, h('ol', { class: 'ranking' }, ...result.frames.map((frame) => rankedRow(desk, frame))));
     else replace(into, h('p', { class: 'muted' }, tGlasses('library_first')));
   } catch (error) {

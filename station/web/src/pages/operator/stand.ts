@@ -4,6 +4,7 @@ import type { Page } from '../../core/page';
 import { button, failurePanel } from '../../core/ui';
 import { tOperator as t } from '../../words/operator';
 import { countdown } from './countdown';
+import { prepareGrowth } from './growth';
 import { armScan } from './order_scan';
 import { say, silence, tone } from './prompts';
 import { soundSwitch } from './sound_switch';
@@ -58,6 +59,7 @@ export const standPage: Page = {
       replace(frame.actions, button(t('stand_wait'), wait, { kind: 'primary', large: true }));
     };
     again();
+    void prepareGrowth();
     return () => {
       timer.end();
       silence();
