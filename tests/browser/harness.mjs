@@ -107,6 +107,24 @@ export async function openProfile(browser, url, look = {}) {
   return { context, foreign, complaints, open, close };
 }
 
+/**
+ * A profile for one test, closed at its end; nothing may have left the machine, and no script may have failed. What a
+ * test that failed had on its screens is kept as failed-*.png.
+ */
+export async function withProfile(browser, url, look, run) {
+  const profile = await openProfile(browser, url, look);
+  try {
+    await run(profile);
+    expectEqual(profile.foreign, [], 'requests to other machines');
+    expectEqual(profile.complaints, [], 'complaints of the page');
+  } catch (error) {
+    for (const [k, page] of profile.context.pages().entries()) await picture(page, `failed-${Date.now()}-${k}`).catch(() => {});
+    throw error;
+  } finally {
+    await profile.close();
+  }
+}
+
 export async function logIn(page, user) {
   await page.getByRole('textbox', { name: /^(Name|ユーザー名)/ }).fill(user);
   await page.locator('input[name=password]').fill(passwords[user]);

@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
-import { ask, expectEqual, logIn, openProfile, seconds, startConsole, until } from './harness.mjs';
+import { ask, expectEqual, logIn, openProfile, seconds, startConsole, until, withProfile } from './harness.mjs';
 
 const root = resolve(dirname(fileURLToPath(import.meta.url)), '../..');
 const program = process.env.ANNULUS_PROGRAM ?? join(root, 'build/release/annulus');
@@ -59,21 +59,15 @@ async function importScan(page, bytes, customer, consent) {
   return id;
 }
 
-/** An operator's page at `path`, for one test; nothing may have left the machine, and no script may have failed. */
-export async function withPage(browser, common, path, look, run) {
-  const profile = await openProfile(browser, common.station.url, { viewport: { width: 1280, height: 800 }, ...look });
-  try {
+/** An operator's page at `path`, for one test. */
+export const withPage = (browser, common, path, look, run) =>
+  withProfile(browser, common.station.url, { viewport: { width: 1280, height: 800 }, ...look }, async (profile) => {
     const page = await profile.open();
     await logIn(page, 'operator');
     await page.evaluate((to) => (location.hash = `#${to}`), path);
     await page.locator('.view3d canvas').first().waitFor();
     await run(page, profile);
-    expectEqual(profile.foreign, [], 'requests to other machines');
-    expectEqual(profile.complaints, [], 'complaints of the page');
-  } finally {
-    await profile.close();
-  }
-}
+  });
 
 /** How many pictures a viewer has drawn. */
 export function drawn(page, which = 0) {

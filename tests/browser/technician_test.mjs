@@ -1,5 +1,5 @@
 // The technician: jog only while it is held, doctor, a calibration up to its certificate, and pages for everybody.
-import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, logIn, picture, startConsole, test, until, withProfile } from './harness.mjs';
 
 /** A placement is scanned on a simulated booth of its own; then everything is solved. */
 const kPlacement_s = 180;
@@ -8,18 +8,12 @@ const kSolve_s = 300;
 export const begin = () => startConsole();
 export const end = (station) => station.stop();
 
-async function withTechnician(browser, station, look, run) {
-  const profile = await openProfile(browser, station.url, look);
-  try {
+const withTechnician = (browser, station, look, run) =>
+  withProfile(browser, station.url, look, async (profile) => {
     const page = await profile.open();
     await logIn(page, 'technician');
     await run(page, profile);
-    expectEqual(profile.foreign, [], 'requests to other machines');
-    expectEqual(profile.complaints, [], 'complaints of the page');
-  } finally {
-    await profile.close();
-  }
-}
+  });
 
 const button = (page, name) => page.getByRole('button', { name });
 const booth = async (page) => (await ask(page, 'GET', '/api/booth')).body.status;
