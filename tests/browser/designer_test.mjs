@@ -65,6 +65,7 @@ test('a slider that is dragged drives the picture in software rendering', (brows
     const window = page.viewportSize();
     await page.setViewportSize({ width: window.width + 800 - before.width, height: window.height + 600 - before.height });
     const { width, height: high } = await size();
+    await height(page).scrollIntoViewIfNeeded();
     const box = await height(page).boundingBox();
     const y = box.y + box.height / 2;
     await page.mouse.move(box.x + box.width / 2, y);
