@@ -89,10 +89,11 @@ test('a recording is played, stepped through and sought in', (browser, station) 
 test('the bytes of a level are there, with their meaning', (browser, station) =>
   withReplay(browser, station, {}, async (page) => {
     await page.getByRole('tab', { name: 'Bytes' }).click();
-    await page.getByRole('option').first().waitFor();
+    const frames = page.getByRole('listbox', { name: 'Frames of the level' });
+    await frames.getByRole('option').first().waitFor();
     await page.getByText(/^0000 {2}[0-9a-f]{2} /).waitFor();
-    await page.getByRole('listbox', { name: 'Frames of the level' }).press('ArrowDown');
-    expectEqual(await page.getByRole('option').nth(1).getAttribute('aria-selected'), 'true', 'the second frame');
+    await frames.press('ArrowDown');
+    expectEqual(await frames.getByRole('option').nth(1).getAttribute('aria-selected'), 'true', 'the second frame');
     await checkAccess(page, 'bytes');
     await picture(page, 'developer-bytes');
   }));

@@ -153,7 +153,7 @@ test('STOP in the middle of a scan ends it, says so, and the scan can be repeate
     await toChecks(page, english, 'Bo Stopped');
     await toKey(page, english, english.head);
     await page.locator('.growth').waitFor({ timeout: kScan_s * 1000 });
-    await until('it scans', async () => (await stateOf(page)).status.state === 'SCANNING', kScan_s);
+    await until('levels come', async () => Number(await page.locator('.facts dd').first().textContent()) > 3, kScan_s);
     await page.keyboard.press('Escape');
     await until('the booth stands still', async () => ['IDLE', 'SAFE'].includes((await stateOf(page)).status.state), 30);
     await until('the page says what became of it', async () => (await page.locator('.failure, .verdict').count()) > 0, 60);
