@@ -128,7 +128,7 @@ test('a landmark that is moved changes its measurements, which are marked; all g
 test('two visits are compared side by side', (browser, common) =>
   measure(browser, common, {}, async (page) => {
     await tab(page, 'Compare');
-    await page.getByLabel('Other visit').selectOption(common.earlier);
+    await page.getByRole('combobox', { name: 'Other visit' }).selectOption(common.earlier);
     await page.locator('.view3d canvas').nth(1).waitFor();
     await page.getByText(/measurements differ significantly/).waitFor();
     expect((await page.locator('.designer-side tbody tr').count()) >= 3, 'differences are listed');
