@@ -99,12 +99,17 @@ export async function openProfile(browser, url, look = {}) {
     return page;
   };
   const close = async () => {
-    // A session that gave orders keeps the booth for a minute, as long as nobody logs out.
-    const page = context.pages()[0];
-    if (page) await ask(page, 'POST', '/api/logout').catch(() => {});
+    // A session that gave orders keeps the booth for a minute, as long as nobody logs out. Not by a page: that would
+    // begin anew in the midst of it.
+    await logOut(context, url).catch(() => {});
     await context.close();
   };
   return { context, foreign, complaints, open, close };
+}
+
+async function logOut(context, url) {
+  const { csrf } = await (await context.request.get(`${url}/api/session`)).json();
+  await context.request.post(`${url}/api/logout`, { data: {}, headers: { 'X-CSRF-Token': csrf, Origin: url } });
 }
 
 /**
