@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -24,13 +23,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "annulus-look";
 constexpr int kVersion = 1;
 constexpr const char* kAdvice = "see LOOK.json in docs/formats.md";
-
-template <class Value, std::size_t kCount>
-std::string WordOf(const std::array<Word<Value>, kCount>& words, Value value) {
-  const auto found = std::find_if(words.begin(), words.end(), [value](const auto& w) { return w.value == value; });
-  ENSURE(found != words.end(), "a look holds only what LOOK.json has words for");
-  return std::string(found->word);
-}
 
 struct Range {
   double low;

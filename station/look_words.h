@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <string>
 #include <string_view>
 
+#include "base/ensure.h"
 #include "render/material.h"
 #include "render/solid_lens.h"
 
@@ -29,5 +32,12 @@ inline constexpr std::array<Word<TexturePattern>, 5> kPatternWords = {
      {"horn", TexturePattern::kHorn},
      {"pearl", TexturePattern::kPearl},
      {"carved", TexturePattern::kCarved}}};
+
+template <class Value, std::size_t kCount>
+std::string WordOf(const std::array<Word<Value>, kCount>& words, Value value) {
+  const auto found = std::find_if(words.begin(), words.end(), [value](const auto& w) { return w.value == value; });
+  ENSURE(found != words.end(), "a look holds only what LOOK.json has words for");
+  return std::string(found->word);
+}
 
 }  // namespace annulus

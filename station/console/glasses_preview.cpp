@@ -16,6 +16,7 @@
 #include "modeling/glasses/temple_fit.h"
 #include "station/console/glasses_catalogue.h"
 #include "station/console/mesh_bytes.h"
+#include "station/look_words.h"
 
 namespace annulus {
 namespace {
@@ -160,6 +161,27 @@ std::array<float, 4> ColourOf(const LensLook& lens) {
   return {lens.tint[0], lens.tint[1], lens.tint[2], std::clamp(1.0F - passed, kLeastOpacity, kMostOpacity)};
 }
 
+Json TextureJson(const Texture& texture) {
+  return {{"pattern", WordOf(kPatternWords, texture.pattern)},
+          {"second", {texture.second[0], texture.second[1], texture.second[2]}},
+          {"scale", texture.scale},
+          {"seed", texture.seed}};
+}
+
+/// What the page needs to lay the textures where the true picture has them: in the frame's own coordinates.
+Json TexturesOf(const Look& look, const WornFrame& worn) {
+  const Eigen::Isometry3d frame_from_station = worn.station_from_frame.inverse();
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    for (Eigen::Index column = 0; column < 4; ++column) {
+      rows.push_back(static_cast<float>(frame_from_station(row, column)));
+    }
+  }
+  return {{"frame_from_station", std::move(rows)},
+          {"upper", TextureJson(look.upper.texture)},
+          {"lower", TextureJson(look.lower.texture)}};
+}
+
 /// The faces of a mesh on one side of the frame's middle height, with the vertices that they use.
 class HalfMaker {
  public:
@@ -235,6 +257,7 @@ Result<GlassesPreview> PreviewGlasses(GlassesWearer& wearer, const PreviewReques
   preview.notes["values"] = FieldValues(placed->worn.design);
   preview.notes["size"] = SizeText(BoxingOf(*frame), frame->arm_right.overall_length);
   preview.notes["triangles"] = preview.triangles;
+  preview.notes["textures"] = TexturesOf(request.look, placed->worn);
   return preview;
 }
 

@@ -32,7 +32,7 @@ struct PreviewRequest {
 struct GlassesPreview {
   std::string mesh;              ///< MeshBytes: frame above, frame below its middle, right lens, left lens.
   std::size_t triangles = 0;     ///< At most kMostPreviewTriangles.
-  nlohmann::ordered_json notes;  ///< {adjusted, placement, placement_text, values, size, …} (docs/console_api.md §9).
+  nlohmann::ordered_json notes;  ///< {adjusted, placement, textures, …}: docs/console_api.md §9.
 };
 inline constexpr std::size_t kMostPreviewTriangles = 20'000;
 

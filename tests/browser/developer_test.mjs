@@ -1,5 +1,5 @@
 // The developer: a recording replayed, looked into byte by byte, with faults, and fitted in two ways.
-import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until, withProfile } from './harness.mjs';
 
 const kScan_s = 240;
 const kJob_s = 300;
@@ -51,9 +51,8 @@ async function scanHead(browser, url) {
   }
 }
 
-async function withReplay(browser, station, look, run) {
-  const profile = await openProfile(browser, station.url, look);
-  try {
+const withReplay = (browser, station, look, run) =>
+  withProfile(browser, station.url, look, async (profile) => {
     const page = await profile.open('/developer');
     await logIn(page, 'technician');
     await page.getByRole('heading', { level: 1, name: 'Replay a recording' }).waitFor();
@@ -61,12 +60,7 @@ async function withReplay(browser, station, look, run) {
     await page.getByRole('heading', { level: 1, name: `Replay of ${station.scan}` }).waitFor();
     await page.getByRole('button', { name: 'Play', exact: false }).first().waitFor();
     await run(page);
-    expectEqual(profile.foreign, [], 'requests to other machines');
-    expectEqual(profile.complaints, [], 'complaints of the page');
-  } finally {
-    await profile.close();
-  }
-}
+  });
 
 const button = (page, name) => page.getByRole('button', { name });
 const levelOf = async (page) => Number(/level (\d+)/.exec(await page.locator('.player-line').textContent())[1]);
@@ -95,10 +89,11 @@ test('a recording is played, stepped through and sought in', (browser, station) 
 test('the bytes of a level are there, with their meaning', (browser, station) =>
   withReplay(browser, station, {}, async (page) => {
     await page.getByRole('tab', { name: 'Bytes' }).click();
-    await page.getByRole('option').first().waitFor();
+    const frames = page.getByRole('listbox', { name: 'Frames of the level' });
+    await frames.getByRole('option').first().waitFor();
     await page.getByText(/^0000 {2}[0-9a-f]{2} /).waitFor();
-    await page.getByRole('listbox', { name: 'Frames of the level' }).press('ArrowDown');
-    expectEqual(await page.getByRole('option').nth(1).getAttribute('aria-selected'), 'true', 'the second frame');
+    await frames.press('ArrowDown');
+    expectEqual(await frames.getByRole('option').nth(1).getAttribute('aria-selected'), 'true', 'the second frame');
     await checkAccess(page, 'bytes');
     await picture(page, 'developer-bytes');
   }));

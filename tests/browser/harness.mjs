@@ -40,7 +40,7 @@ export async function startConsole(options = []) {
   const store = join(folder, 'store');
   const child = spawn(program, ['serve', '--simulated', '--port', '0', '--folder', store, '--web', web, '--password-file', file, ...options], { stdio: ['ignore', 'pipe', 'pipe'] });
   const said = [];
-  const ended = new Promise((done) => child.once('exit', done));
+  const ended = new Promise((done) => child.once('exit', done).once('error', done));
   const stop = async () => {
     child.kill('SIGTERM');
     const late = setTimeout(() => child.kill('SIGKILL'), seconds(15));
@@ -98,7 +98,36 @@ export async function openProfile(browser, url, look = {}) {
     await page.goto(`${url}/#${path}`);
     return page;
   };
-  return { context, foreign, complaints, open, close: () => context.close() };
+  const close = async () => {
+    // A session that gave orders keeps the booth for a minute, as long as nobody logs out. Not by a page: that would
+    // begin anew in the midst of it.
+    await logOut(context, url).catch(() => {});
+    await context.close();
+  };
+  return { context, foreign, complaints, open, close };
+}
+
+async function logOut(context, url) {
+  const { csrf } = await (await context.request.get(`${url}/api/session`)).json();
+  await context.request.post(`${url}/api/logout`, { data: {}, headers: { 'X-CSRF-Token': csrf, Origin: url } });
+}
+
+/**
+ * A profile for one test, closed at its end; nothing may have left the machine, and no script may have failed. What a
+ * test that failed had on its screens is kept as failed-*.png.
+ */
+export async function withProfile(browser, url, look, run) {
+  const profile = await openProfile(browser, url, look);
+  try {
+    await run(profile);
+    expectEqual(profile.foreign, [], 'requests to other machines');
+    expectEqual(profile.complaints, [], 'complaints of the page');
+  } catch (error) {
+    for (const [k, page] of profile.context.pages().entries()) await picture(page, `failed-${Date.now()}-${k}`).catch(() => {});
+    throw error;
+  } finally {
+    await profile.close();
+  }
 }
 
 export async function logIn(page, user) {

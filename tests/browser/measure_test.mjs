@@ -1,5 +1,5 @@
 // Measuring by hand on a head of the simulated booth.
-import { checkAccess, expect, picture, test, until } from './harness.mjs';
+import { checkAccess, expect, expectEqual, picture, test, until } from './harness.mjs';
 import { stationWithHead, withPage } from './measure_head.mjs';
 
 export const begin = (browser) => stationWithHead(browser);
@@ -117,6 +117,7 @@ test('a landmark that is moved changes its measurements, which are marked; all g
     await handle.waitFor();
     for (let i = 0; i < 2; ++i) await page.keyboard.press('Shift+ArrowUp');
     await page.locator('tr.changed').first().waitFor();
+    expectEqual(await page.locator('.failure').count(), 0, 'failures among the landmarks');
     await page.locator('.landmark .badge', { hasText: 'by hand' }).first().waitFor();
     await picture(page, 'measure-landmarks');
     await checkAccess(page, 'landmarks');
@@ -127,7 +128,7 @@ test('a landmark that is moved changes its measurements, which are marked; all g
 test('two visits are compared side by side', (browser, common) =>
   measure(browser, common, {}, async (page) => {
     await tab(page, 'Compare');
-    await page.getByLabel('Other visit').selectOption(common.earlier);
+    await page.getByRole('combobox', { name: 'Other visit' }).selectOption(common.earlier);
     await page.locator('.view3d canvas').nth(1).waitFor();
     await page.getByText(/measurements differ significantly/).waitFor();
     expect((await page.locator('.designer-side tbody tr').count()) >= 3, 'differences are listed');

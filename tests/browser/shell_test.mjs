@@ -1,23 +1,11 @@
 // The frame around every page: log in, STOP, languages, colours, what a page may ask for.
-import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, logIn, picture, startConsole, test, until, withProfile } from './harness.mjs';
 
 export const begin = () => startConsole();
 export const end = (station) => station.stop();
 
-/** A profile for one test, closed at its end; nothing may have left the machine, and no script may have failed. */
-async function withProfile(browser, station, look, run) {
-  const profile = await openProfile(browser, station.url, look);
-  try {
-    await run(profile);
-    expectEqual(profile.foreign, [], 'requests to other machines');
-    expectEqual(profile.complaints, [], 'complaints of the page');
-  } finally {
-    await profile.close();
-  }
-}
-
 test('the log-in page is there at once, can be used by everybody, and looks as it did', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open, context }) => {
+  withProfile(browser, station.url, {}, async ({ open, context }) => {
     const page = await open();
     await page.getByRole('button', { name: /^Log in/ }).waitFor();
     // Once more: the first one has started the browser's own processes.
@@ -36,7 +24,7 @@ test('the log-in page is there at once, can be used by everybody, and looks as i
   }));
 
 test('everything is there in Japanese', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open }) => {
+  withProfile(browser, station.url, {}, async ({ open }) => {
     const page = await open();
     await page.getByRole('button', { name: '日本語' }).click();
     await page.getByRole('heading', { name: '担当者のログイン' }).waitFor();
@@ -47,7 +35,7 @@ test('everything is there in Japanese', (browser, station) =>
   }));
 
 test('STOP is on every page, says what it is not, and works without a session', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open }) => {
+  withProfile(browser, station.url, {}, async ({ open }) => {
     const page = await open();
     const stop = page.getByRole('button', { name: /STOP.*not the emergency stop/ });
     await stop.click();
@@ -57,7 +45,7 @@ test('STOP is on every page, says what it is not, and works without a session', 
   }));
 
 test('a wrong password is refused in words, and the right one lets in', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open }) => {
+  withProfile(browser, station.url, {}, async ({ open }) => {
     const page = await open();
     await page.locator('input[name=user]').fill('operator');
     await page.locator('input[name=password]').fill('not the password');
@@ -70,7 +58,7 @@ test('a wrong password is refused in words, and the right one lets in', (browser
   }));
 
 test('each role finds its own pages and is kept out of the others', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open }) => {
+  withProfile(browser, station.url, {}, async ({ open }) => {
     const page = await open();
     await logIn(page, 'admin');
     await page.getByRole('heading', { level: 1 }).waitFor();
@@ -81,7 +69,7 @@ test('each role finds its own pages and is kept out of the others', (browser, st
   }));
 
 test('the administrator\'s pages can be used by everybody', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open }) => {
+  withProfile(browser, station.url, {}, async ({ open }) => {
     const page = await open();
     await logIn(page, 'admin');
     for (const [name, heading] of [['users', 'Accounts'], ['retention', 'How long data are kept'], ['backup', 'Backup'], ['audit', 'Record of actions'], ['store', 'Storage']]) {
@@ -95,7 +83,7 @@ test('the administrator\'s pages can be used by everybody', (browser, station) =
   }));
 
 test('the connection lost is said, and the page comes back by itself', (browser, station) =>
-  withProfile(browser, station, {}, async ({ open, context }) => {
+  withProfile(browser, station.url, {}, async ({ open, context }) => {
     const page = await open();
     await logIn(page, 'operator');
     await context.setOffline(true);

@@ -1,5 +1,5 @@
 // The technician: jog only while it is held, doctor, a calibration up to its certificate, and pages for everybody.
-import { ask, checkAccess, expect, expectEqual, logIn, openProfile, picture, startConsole, test, until } from './harness.mjs';
+import { ask, checkAccess, expect, expectEqual, logIn, picture, startConsole, test, until, withProfile } from './harness.mjs';
 
 /** A placement is scanned on a simulated booth of its own; then everything is solved. */
 const kPlacement_s = 180;
@@ -8,18 +8,12 @@ const kSolve_s = 300;
 export const begin = () => startConsole();
 export const end = (station) => station.stop();
 
-async function withTechnician(browser, station, look, run) {
-  const profile = await openProfile(browser, station.url, look);
-  try {
+const withTechnician = (browser, station, look, run) =>
+  withProfile(browser, station.url, look, async (profile) => {
     const page = await profile.open();
     await logIn(page, 'technician');
     await run(page, profile);
-    expectEqual(profile.foreign, [], 'requests to other machines');
-    expectEqual(profile.complaints, [], 'complaints of the page');
-  } finally {
-    await profile.close();
-  }
-}
+  });
 
 const button = (page, name) => page.getByRole('button', { name });
 const booth = async (page) => (await ask(page, 'GET', '/api/booth')).body.status;
@@ -49,11 +43,22 @@ async function expectAtRest(page, what) {
   for (let look = 0; look < 5; look += 1) expect(Math.abs((await height(page)) - at) < 0.5, `${what}: the carriage rests`);
 }
 
-/** Begins to hold, and waits until the carriage has moved. */
-async function hold(page, down, what) {
-  const from = await height(page);
-  await down();
-  await until(`${what}: the carriage moves while the button is held`, async () => Math.abs((await height(page)) - from) > 3, 20);
+/**
+ * Begins to hold, and waits until the carriage has moved. A beat that comes late on a busy machine ends a hold, as it
+ * must; then it is let go and held anew.
+ */
+async function hold(page, down, up, what) {
+  for (let attempt = 0; attempt < 10; attempt += 1) {
+    const from = await height(page);
+    await down();
+    const moved = await until('it moves', async () => Math.abs((await height(page)) - from) > 3, 3).catch(() => false);
+    if (moved) return;
+    await up();
+    await until('it is at rest', async () => (await booth(page)).state === 'IDLE', 5);
+    // The booth takes a key that is pressed again within 300 ms for one that is still held.
+    await page.waitForTimeout(400);
+  }
+  throw new Error(`${what}: the carriage does not move while the button is held`);
 }
 
 test('the carriage moves only while a button is held: by pointer and by key', (browser, station) =>
@@ -64,18 +69,18 @@ test('the carriage moves only while a button is held: by pointer and by key', (b
     await down.scrollIntoViewIfNeeded();
     const box = await down.boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-    await hold(page, () => page.mouse.down(), 'pointer');
+    await hold(page, () => page.mouse.down(), () => page.mouse.up(), 'pointer');
     await page.getByText('moves down').waitFor();
     await page.mouse.up();
     await expectAtRest(page, 'after the release');
 
-    await hold(page, () => page.mouse.down(), 'pointer again');
+    await hold(page, () => page.mouse.down(), () => page.mouse.up(), 'pointer again');
     await page.mouse.move(box.x - 60, box.y - 60);
     await expectAtRest(page, 'after the pointer has left the button');
     await page.mouse.up();
 
     await button(page, 'Hold: up').focus();
-    await hold(page, () => page.keyboard.down('Enter'), 'key');
+    await hold(page, () => page.keyboard.down('Enter'), () => page.keyboard.up('Enter'), 'key');
     await page.keyboard.up('Enter');
     await expectAtRest(page, 'after the key came up');
     await picture(page, 'technician-axis');
@@ -85,7 +90,7 @@ test('a hold ends when the page is left', (browser, station) =>
   withTechnician(browser, station, {}, async (page) => {
     await toAxis(page);
     await button(page, 'Hold: down').focus();
-    await hold(page, () => page.keyboard.down('ArrowDown'), 'key');
+    await hold(page, () => page.keyboard.down('ArrowDown'), () => page.keyboard.up('ArrowDown'), 'key');
     await page.evaluate(() => (location.hash = '#/technician/doctor'));
     await expectAtRest(page, 'after the page was left');
     await page.keyboard.up('ArrowDown');

@@ -161,6 +161,37 @@ TEST_F(GlassesRoutes, ColoursOfTheLookAreThoseOfTheParts) {
   EXPECT_NEAR(mesh.parts[2].colour[3], 0.75F, 1e-6F);
 }
 
+TEST_F(GlassesRoutes, TexturesLieInTheFramesOwnCoordinates) {
+  const Json look = {{"upper", {{"texture", {{"pattern", "horn"}, {"scale", 2.5}, {"seed", 9}}}}},
+                     {"lower", {{"texture", {{"pattern", "pearl"}, {"second", "linear:0.25,0.5,0.75"}}}}}};
+  const auto answer = Preview({{"design", Design("wellington", "medium")}, {"look", look}});
+  ASSERT_EQ(answer.status, 200) << answer.json;
+  const Json textures = Json::parse(answer.Header("X-Annulus-Notes")).at("textures");
+  EXPECT_EQ(textures["upper"]["pattern"], "horn");
+  EXPECT_EQ(textures["upper"]["scale"], 2.5);
+  EXPECT_EQ(textures["upper"]["seed"], 9);
+  EXPECT_EQ(textures["lower"]["pattern"], "pearl");
+  EXPECT_EQ(textures["lower"]["second"], Json({0.25, 0.5, 0.75}));
+  // The halves are parted at the frame's middle height, where its own z is 0: upper faces above, lower ones below; and
+  // its front is at y = 0, so that the temples go backwards.
+  const test::ReadMesh mesh = test::ReadMeshBytes(answer.response.body);
+  const auto rows = textures["frame_from_station"].get<std::vector<double>>();
+  ASSERT_EQ(rows.size(), 12U);
+  const auto in_frame = [&](std::size_t index, std::size_t axis) {
+    const float* const p = &mesh.positions[3 * mesh.indices[index]];
+    const double* const row = &rows[4 * axis];
+    return row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+  };
+  for (std::size_t half = 0; half < 2; ++half) {
+    const auto& part = mesh.parts[half];
+    for (std::size_t k = part.first_index; k < part.first_index + part.count; k += 3) {
+      const double middle = (in_frame(k, 2) + in_frame(k + 1, 2) + in_frame(k + 2, 2)) / 3.0;
+      ASSERT_TRUE(half == 0 ? middle > -1e-3 : middle < 1e-3) << "half " << half << ", z " << middle;
+      ASSERT_LT(in_frame(k, 1), 30.0);
+    }
+  }
+}
+
 TEST_F(GlassesRoutes, EveryNumberOutOfItsRangeIsNamed) {
   for (const FrameField& field : FrameFields()) {
     if (field.unit == FieldUnit::kWord) continue;

@@ -16,3 +16,8 @@ export function wordsOf<T extends Words>(table: T): (key: keyof T & string, valu
     return text;
   };
 }
+
+/** What the station has in English only (the stage of a job): nothing in another language. */
+export function ifEnglish(text: string): string {
+  return language.value === 'en' ? text : '';
+}

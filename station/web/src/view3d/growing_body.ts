@@ -1,13 +1,17 @@
 // The body as it grows while it is scanned: rings joined to a neutral surface, the ring that moves, the foot marks.
 import * as THREE from 'three';
 import { RingSurface, veiled, type LevelRing } from './ring_surface';
-import type { Viewer } from './viewer';
+import type { CameraPlace, Viewer } from './viewer';
 
 const kMostRings = 1400;
 /** Of the veiled surface, mm: closer levels are left out. */
 const kVeilLevel_mm = 15;
 const kNeutral = 0x98a1ac;
 const kRingColour = 0x2f7fd1;
+
+/** Of a head with its neck, and how far below the highest level its middle is, mm. */
+const kHeadDistance_mm = 1000;
+const kHeadMiddle_mm = 180;
 
 /** Veiled: outlines without detail. Clear: every reading; only with the person's word. */
 export type Showing = 'veiled' | 'clear';
@@ -25,16 +29,22 @@ export class GrowingBody {
   #drawn: Drawn | null = null;
   #showing: Showing = 'veiled';
   #lastVeiled: { sweep: number; z_mm: number } | null = null;
+  readonly #what: 'body' | 'head';
+  #top_mm = -Infinity;
+  /** Where the camera was put; it is left alone once somebody has turned it. */
+  #aimed: CameraPlace | null = null;
 
-  /** @param ringRadius_mm of the ring of sensors, as it is drawn around the body. */
-  constructor(viewer: Viewer, ringRadius_mm: number) {
+  /** @param ringRadius_mm of the ring of sensors, as it is drawn around the body; @param what is to be seen. */
+  constructor(viewer: Viewer, ringRadius_mm: number, what: 'body' | 'head') {
     this.#viewer = viewer;
+    this.#what = what;
     this.#ring = new THREE.LineLoop(circle(ringRadius_mm), new THREE.LineBasicMaterial({ color: kRingColour }));
     this.#ring.visible = false;
     this.#floor = floorMarks(ringRadius_mm);
     viewer.add(this.#ring);
     viewer.add(this.#floor);
     viewer.setCamera({ azimuth_deg: 62, elevation_deg: 8, distance_mm: 4700, target: [0, 0, 900] });
+    this.#aimed = viewer.camera();
   }
 
   get levels(): number {
@@ -44,6 +54,7 @@ export class GrowingBody {
   add(level: LevelRing): void {
     this.#levels.push(level);
     this.#draw(level);
+    this.#aim(level.z_mm);
     this.moveRing(level.z_mm);
   }
 
@@ -69,6 +80,14 @@ export class GrowingBody {
       this.#viewer.remove(object);
       object.traverse((part) => part instanceof THREE.Line && (part.geometry.dispose(), (part.material as THREE.Material).dispose()));
     }
+  }
+
+  /** A head would be small in a picture of the whole booth. */
+  #aim(z_mm: number): void {
+    if (this.#what === 'body' || z_mm <= this.#top_mm || this.#viewer.camera() !== this.#aimed) return;
+    this.#top_mm = z_mm;
+    this.#viewer.setCamera({ ...this.#aimed, distance_mm: kHeadDistance_mm, target: [0, 0, z_mm - kHeadMiddle_mm] });
+    this.#aimed = this.#viewer.camera();
   }
 
   #draw(level: LevelRing): void {

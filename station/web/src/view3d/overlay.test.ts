@@ -24,6 +24,12 @@ describe('labels', () => {
     expect(box!.x + box!.width).toBeLessThanOrEqual(780);
   });
 
+  it('cover no handle', () => {
+    const handle = { x: 120, y: 86, width: 28, height: 28 };
+    const [box] = layOut([{ x: 100, y: 100, width: 60, height: 20 }], 800, 600, [handle]);
+    expect(overlap(box!, handle)).toBe(false);
+  });
+
   it('never cover each other and stay in the picture, 20 at a time', () => {
     for (let seed = 1; seed <= 50; ++seed) {
       const next = random(seed);

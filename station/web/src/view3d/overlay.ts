@@ -23,13 +23,16 @@ interface Rectangle {
 
 const gap_px = 4;
 const beside_px = 18;
+/** What is seen of a handle, across. */
+const handle_px = 28;
 
 /**
  * Puts labels beside their anchors, from the top down, each below what it would cover.
- * `anchors` are in the order of the answer; all stay within width × height as far as there is room.
+ * `anchors` are in the order of the answer; all stay within width × height as far as there is room. `taken`: what no
+ * label may cover.
  */
-export function layOut(anchors: { x: number; y: number; width: number; height: number }[], width: number, height: number): Rectangle[] {
-  const placed: Rectangle[] = [];
+export function layOut(anchors: { x: number; y: number; width: number; height: number }[], width: number, height: number, taken: readonly Rectangle[] = []): Rectangle[] {
+  const placed: Rectangle[] = [...taken];
   const order = anchors.map((_, i) => i).sort((a, b) => anchors[a]!.y - anchors[b]!.y);
   const answer: Rectangle[] = new Array<Rectangle>(anchors.length);
   for (const i of order) {
@@ -63,6 +66,7 @@ export class Overlay {
   readonly element = h('div', { class: 'view3d-overlay' });
   readonly #lines = svg('svg', { class: 'view3d-leaders', 'aria-hidden': 'true' });
   readonly #marks = new Map<string, Mark & { width: number; height: number; line: SVGElement | null }>();
+  #placeAgain = (): void => {};
 
   constructor() {
     this.element.append(this.#lines);
@@ -81,6 +85,8 @@ export class Overlay {
     if (mark.element.parentNode !== this.element) this.element.append(mark.element);
     const line = mark.kind === 'label' ? (old?.line ?? this.#lines.appendChild(svg('line'))) : null;
     this.#marks.set(id, { ...mark, width: mark.element.offsetWidth, height: mark.element.offsetHeight, line });
+    // At once: a hand may reach for it before the next picture is drawn.
+    this.#placeAgain();
   }
 
   ids(): string[] {
@@ -89,6 +95,8 @@ export class Overlay {
 
   /** Lays all marks out for a camera at `eye`. */
   place(project: Project, eye: Vec3, width: number, height: number): void {
+    this.#placeAgain = () => this.place(project, eye, width, height);
+    const handles: Rectangle[] = [];
     const labels: { mark: Mark & { line: SVGElement | null }; x: number; y: number; width: number; height: number }[] = [];
     for (const mark of this.#marks.values()) {
       const at = project(mark.position);
@@ -97,13 +105,15 @@ export class Overlay {
       mark.line?.classList.toggle('off', !shown);
       if (!shown) continue;
       mark.element.classList.toggle('away', facesAway(mark, eye));
-      if (mark.kind === 'handle') mark.element.style.transform = `translate(${at.x}px, ${at.y}px) translate(-50%, -50%)`;
-      else {
+      if (mark.kind === 'handle') {
+        mark.element.style.transform = `translate(${at.x}px, ${at.y}px) translate(-50%, -50%)`;
+        handles.push({ x: at.x - handle_px / 2, y: at.y - handle_px / 2, width: handle_px, height: handle_px });
+      } else {
         if (mark.width === 0) [mark.width, mark.height] = [mark.element.offsetWidth, mark.element.offsetHeight];
         labels.push({ mark, ...at, width: mark.width, height: mark.height });
       }
     }
-    layOut(labels, width, height).forEach((box, i) => {
+    layOut(labels, width, height, handles).forEach((box, i) => {
       const { mark, x, y } = labels[i]!;
       mark.element.style.transform = `translate(${box.x}px, ${box.y}px)`;
       const end = box.x > x ? box.x : box.x + box.width;

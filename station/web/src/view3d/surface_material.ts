@@ -1,6 +1,7 @@
 // How surfaces look: neutral, lit with the camera, and honest about what was not measured.
 import * as THREE from 'three';
 import type { PartKind } from './mesh_format';
+import { TextureUniforms, type SolidPlace, type SolidTexture } from './solid_texture';
 
 const knowledgeVertex = { declare: 'attribute float knowledge;\nvarying float vKnowledge;', set: 'vKnowledge = knowledge;' };
 
@@ -21,10 +22,12 @@ export interface SurfaceMaterial {
   setColour(colour: readonly [number, number, number, number]): void;
   /** Pixels of the drawing buffer per CSS pixel, so that the hatching keeps its size. */
   setPixelRatio(ratio: number): void;
+  /** Of a material that was made with a pattern. */
+  setTexture(texture: SolidTexture, place: SolidPlace): void;
 }
 
-/** A material for a part; `knowledge` marks what was inferred and what is unknown. */
-export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean): SurfaceMaterial {
+/** A material for a part; `knowledge` marks what was inferred and what is unknown; `pattern`: patternNumber(). */
+export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean, pattern = 0): SurfaceMaterial {
   const shiny = kind === 'frame' || kind === 'lens';
   const material = shiny
     ? new THREE.MeshPhongMaterial({ side: THREE.DoubleSide, specular: 0x555555, shininess: kind === 'lens' ? 90 : 45 })
@@ -53,6 +56,11 @@ export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean): Surface
     };
     material.customProgramCacheKey = () => 'knowledge';
   }
+  const texture = new TextureUniforms();
+  if (pattern > 0) {
+    material.onBeforeCompile = (shader) => texture.addTo(shader, pattern);
+    material.customProgramCacheKey = () => `texture ${pattern}`;
+  }
   return {
     material,
     setColour: ([r, g, b, a]) => {
@@ -64,5 +72,6 @@ export function makeSurfaceMaterial(kind: PartKind, knowledge: boolean): Surface
     setPixelRatio: (ratio) => {
       hatch.value = 7 * ratio;
     },
+    setTexture: (one, place) => texture.set(one, place),
   };
 }

@@ -10,6 +10,7 @@ import { boundsOf } from './mesh_format';
 import { pickMesh, type MeshHit, type Ray, type Vec3 } from './mesh_pick';
 import { attachOrbit, between, eyeOf, views, type CameraPlace, type ViewName } from './orbit';
 import { Overlay, type Mark } from './overlay';
+import { patternNumber, type SolidPlace, type SolidTexture } from './solid_texture';
 import { makeSurfaceMaterial, type SurfaceMaterial } from './surface_material';
 import './viewer.css';
 
@@ -28,6 +29,8 @@ export interface LayerStyle {
   colour?: { body?: [number, number, number, number] };
   /** Inferred hatched and paler, unknown bare. */
   knowledge?: boolean;
+  /** Of the mesh's parts, in their order (instead of `knowledge`), and where they lie. */
+  textures?: { parts: readonly (SolidTexture | null)[]; place: SolidPlace };
 }
 
 export interface LineStyle {
@@ -129,9 +132,12 @@ export class Viewer {
       object.geometry.dispose();
       object.geometry = geometryOf(mesh);
       object.material = mesh.parts.map((part, i) => {
-        const key = `${i} ${part.kind} ${style.knowledge === true}`;
-        const surface = materials.get(key) ?? makeSurfaceMaterial(part.kind, style.knowledge === true);
+        const texture = style.textures?.parts[i] ?? null;
+        const pattern = patternNumber(texture);
+        const key = `${i} ${part.kind} ${style.knowledge === true} ${pattern}`;
+        const surface = materials.get(key) ?? makeSurfaceMaterial(part.kind, style.knowledge === true, pattern);
         materials.set(key, surface);
+        if (texture && style.textures) surface.setTexture(texture, style.textures.place);
         surface.setColour((part.kind === 'body' && style.colour?.body) || part.colour);
         surface.setPixelRatio(this.#renderer?.getPixelRatio() ?? 1);
         return surface.material;
@@ -307,6 +313,7 @@ export class Viewer {
     renderer.render(this.#scene, this.#camera);
     this.#overlay.place((p) => this.project(p), eyeOf(this.#place), this.element.clientWidth, this.element.clientHeight);
     // For whoever measures how fluent it is from outside.
+    renderer.domElement.dataset['triangles'] = String(renderer.info.render.triangles);
     renderer.domElement.dataset['drawn'] = String(++this.#drawn);
     this.#drawFineLater(renderer);
   }

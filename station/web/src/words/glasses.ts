@@ -147,7 +147,6 @@ export const glassesWords = {
   style: ['Style', 'スタイル'],
   take: ['Try it on', 'かけてみる'],
   texture: ['Texture', 'テクスチャ'],
-  texture_note: ['Textures show in the true picture.', 'テクスチャは高品質画像に表示されます。'],
   texture_scale: ['Size of the pattern', '模様の大きさ'],
   tint: ['Lens colour', 'レンズの色'],
   title: ['Title', '名前'],
@@ -316,4 +315,45 @@ export function goalWords(goal: { id: string; term: string; value: number; low: 
   // The server's sentence holds the numbers; it is English.
   const own = inLanguage(goal.value < goal.low ? known.below : known.above);
   return { term, advice: language.value === 'en' && goal.advice ? goal.advice : own || (goal.advice ?? '') };
+}
+
+/** Where a frame touches the head, by the names of the fit report. */
+const contactTable: Record<string, readonly [string, string]> = {
+  pad_right: ['right pad', '鼻パッド（右）'],
+  pad_left: ['left pad', '鼻パッド（左）'],
+  bridge_right: ['bridge, right', 'ブリッジ（右）'],
+  bridge_left: ['bridge, left', 'ブリッジ（左）'],
+  temple_right: ['right temple', 'テンプル（右）'],
+  temple_left: ['left temple', 'テンプル（左）'],
+};
+
+export function contactWord(part: string): string {
+  const pair = contactTable[part];
+  return pair ? inLanguage(pair) : part.replaceAll('_', ' ');
+}
+
+/** Why a frame has its rank. The server's sentence holds the numbers; it is English. */
+export function rankWords(frame: { why: string; goals?: readonly Parameters<typeof goalWords>[0][] }): string {
+  if (language.value === 'en') return frame.why;
+  if (frame.why === 'fits') return tGlasses('fit_good');
+  const goal = frame.goals?.find((one) => one.advice === frame.why);
+  if (goal) return goalWords(goal).advice;
+  if (frame.why.includes('enter the head')) return '頭部に入り込みます。幅の広いフレームを選びます。';
+  return frame.why.startsWith('temple') ? 'テンプルが頭に触れません。内側に曲げます。' : '鼻に触れません。ほかのブリッジか調整式パッドを選びます。';
+}
+
+/** How the frame was put on: the server's sentence in English, what it comes to otherwise. */
+export function placementWords(placement: string | undefined, english: string): string {
+  if (language.value === 'en' || !english) return english;
+  if (placement === 'fit') return 'フィッティングの位置（概算）';
+  return placement === 'last' ? '合わせられないため、前のフレームの位置に表示しています。' : '論文の4つの手順による位置';
+}
+
+/** "upper-outer: 3 mm given, 4 mm used: why", as the server says what it changed. */
+export function adjustedWords(english: string): string {
+  const found = /^([a-z-]+): (.+) given, (.+) used: /.exec(english);
+  if (language.value === 'en' || !found) return english;
+  const [, field = '', given = '', used = ''] = found;
+  const shown = (text: string): string => frameWord(text).replace(' degrees', '°').replace('dioptres', 'D');
+  return `${fieldWord(field, field)}：${shown(given)} → ${shown(used)}（作れる範囲に直しました）`;
 }

@@ -5,6 +5,7 @@ import { bytes } from '../../core/format';
 import { on } from '../../core/live';
 import type { Page } from '../../core/page';
 import { button, failurePanel, progress } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { tAdmin as t } from '../../words/admin';
 
 interface BackupJob {
@@ -31,7 +32,7 @@ export const backupPage: Page = {
       running = job.state === 'waiting' || job.state === 'running' ? job : null;
       make.disabled = running !== null;
       if (running) {
-        bar.set(job.share, job.stage);
+        bar.set(job.share, ifEnglish(job.stage));
         replace(state, bar.root);
       } else if (job.result && job.state === 'done') {
         replace(state, h('p', { class: 'note good' }, t('backup_done', { backup: job.result.backup, keys: job.result.keys, bytes: bytes(job.result.bytes) })));

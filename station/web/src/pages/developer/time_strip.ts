@@ -91,7 +91,8 @@ function drawLane(one: Lane, top: number, window: Range, area: Range): SVGElemen
 }
 
 function eventMark(x: number, events: readonly TimedEvent[], choose: () => void): SVGElement {
-  const text = events.map((one) => one.text).join(' · ');
+  // Begins with what is seen on it.
+  const text = (events.length > 1 ? `${events.length}: ` : '') + events.map((one) => one.text).join(' · ');
   const mark = svg(
     'g',
     { class: events.some((one) => /cause|fault|error|lost/i.test(one.kind + one.text)) ? 'event bad' : 'event', role: 'button', tabindex: 0, 'aria-label': text, transform: `translate(${x} 15)` },

@@ -1,6 +1,7 @@
 // The designer's requests (docs/console_api.md §9), typed.
 import { get, getBinary, post, postForBinary } from '../../core/api';
 import { readMesh, type StationMesh } from '../../view3d/mesh_format';
+import type { SolidPlace, SolidTexture } from '../../view3d/solid_texture';
 import type { Rgb } from './colour';
 import { designBody, lookBody, type Design } from './design';
 import type { Job } from './jobs';
@@ -57,10 +58,13 @@ export interface Catalogue {
 export interface PreviewNotes {
   /** What was changed so that it can be built, one sentence each. */
   adjusted: string[];
+  placement?: string;
   placement_text?: string;
   values?: FieldValues;
   /** Marking: "52□18-140". */
   size?: string;
+  /** Of the first two parts of the mesh; they lie in the frame's own coordinates. */
+  textures?: { frame_from_station: SolidPlace; upper: SolidTexture; lower: SolidTexture };
 }
 
 export interface Goal {
@@ -105,7 +109,9 @@ export interface RankedFrame {
   size: string;
   marking: string;
   score: number;
+  /** "fits", or the first advice. */
   why: string;
+  goals?: Goal[];
   design: object;
 }
 

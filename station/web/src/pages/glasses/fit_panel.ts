@@ -1,8 +1,9 @@
 // How the frame sits, in words and numbers, and the files that leave the shop.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, field, progress, table, type Column } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { toast } from '../../core/overlay';
-import { tGlasses, goalWords } from '../../words/glasses';
+import { contactWord, tGlasses, goalWords } from '../../words/glasses';
 import type { Artefact, Contact, FitReport, Goal } from './api';
 import { activeDesign } from './design';
 import type { Desk } from './desk';
@@ -33,7 +34,7 @@ async function fitNow(desk: Desk, into: HTMLElement): Promise<void> {
   replace(into, bar.root);
   try {
     const job = await desk.api.fit(design, prescription);
-    const result = await finished<{ worn: Artefact; report: FitReport }>(job, ({ share, stage }) => bar.set(share, stage));
+    const result = await finished<{ worn: Artefact; report: FitReport }>(job, ({ share, stage }) => bar.set(share, ifEnglish(stage)));
     if (result) desk.fitted.set({ ...desk.fitted.value, [side]: { design, prescription, worn: result.worn.id, report: result.report } });
   } catch (error) {
     replace(into, failurePanel(error));
@@ -75,7 +76,7 @@ function goalTable(goals: readonly Goal[]): HTMLElement {
 
 function contactTable(contacts: readonly Contact[]): HTMLElement {
   return table(tGlasses('contacts'), [
-    { head: tGlasses('contact_part'), cell: (contact: Contact) => contact.part.replaceAll('_', ' ') },
+    { head: tGlasses('contact_part'), cell: (contact: Contact) => contactWord(contact.part) },
     { head: tGlasses('contact_gap'), number: true, cell: (contact) => contact.distance_mm.toFixed(2) },
     { head: tGlasses('contact_load'), number: true, cell: (contact) => `${Math.round(100 * contact.load_share)} %` },
   ], contacts).root;

@@ -1,7 +1,8 @@
 // All frames of the library, put on this head and ranked.
 import { h, replace } from '../../core/dom';
 import { button, failurePanel, progress } from '../../core/ui';
-import { tGlasses, styleWord } from '../../words/glasses';
+import { ifEnglish } from '../../core/words';
+import { rankWords, tGlasses, styleWord } from '../../words/glasses';
 import type { RankedFrame } from './api';
 import { cancelJob, finished } from './jobs';
 import type { Desk } from './desk';
@@ -20,7 +21,7 @@ async function rankNow(desk: Desk, into: HTMLElement): Promise<void> {
   try {
     const job = await desk.api.rank(desk.bench.value.prescription, 30);
     into.append(button(tGlasses('cancel'), () => cancelJob(job.id)));
-    const result = await finished<{ frames: RankedFrame[] }>(job, ({ share, stage }) => bar.set(share, stage));
+    const result = await finished<{ frames: RankedFrame[] }>(job, ({ share, stage }) => bar.set(share, ifEnglish(stage)));
     if (result) replace(into, h('ol', { class: 'ranking' }, ...result.frames.map((frame) => rankedRow(desk, frame))));
     else replace(into, h('p', { class: 'muted' }, tGlasses('library_first')));
   } catch (error) {
@@ -38,6 +39,6 @@ function rankedRow(desk: Desk, frame: RankedFrame): HTMLElement {
   return h('li', { class: 'ranked' },
     h('span', { class: 'rank number' }, frame.rank), drawing,
     h('div', null, h('strong', null, name), h('span', { class: 'muted' }, ` ${frame.marking}`),
-      h('p', { class: 'small' }, `${tGlasses('fit_score', { score: Math.round(frame.score) })}${frame.why ? ` · ${frame.why}` : ''}`)),
+      h('p', { class: 'small' }, `${tGlasses('fit_score', { score: Math.round(frame.score) })}${frame.why ? ` · ${rankWords(frame)}` : ''}`)),
     take);
 }

@@ -43,8 +43,7 @@ export function lookPanel(desk: Desk): Panel {
     scale.set(one.scale);
     scale.root.hidden = one.pattern === 'plain';
   };
-  const root = h('div', { class: 'stack' }, same.root, halves.root, picker.root, material.root, pattern.root, scale.root,
-    h('p', { class: 'muted small' }, tGlasses('texture_note')));
+  const root = h('div', { class: 'stack' }, same.root, halves.root, picker.root, material.root, pattern.root, scale.root);
   const end = desk.bench.watch(whileOpen(root, show));
   return {
     root,

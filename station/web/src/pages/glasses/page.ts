@@ -3,7 +3,7 @@ import { get } from '../../core/api';
 import { h, replace } from '../../core/dom';
 import type { Page } from '../../core/page';
 import { button, failurePanel, tabs } from '../../core/ui';
-import { tGlasses } from '../../words/glasses';
+import { adjustedWords, placementWords, tGlasses } from '../../words/glasses';
 import { GlassesApi } from './api';
 import { Desk } from './desk';
 import { fitPanel } from './fit_panel';
@@ -62,9 +62,9 @@ function open(root: HTMLElement, desk: Desk): () => void {
   const offSize = fillWindow(designer);
   const offKeys = watchKeys(desk);
   const offNotes = desk.notes.watch((all) => {
-    const { adjusted, placement_text, size } = all[desk.side];
-    replace(notes, size ? h('span', { class: 'badge' }, size) : null, placement_text ? h('span', { class: 'muted small' }, placement_text) : null,
-      adjusted.length > 0 ? h('div', { class: 'note warn' }, h('strong', null, tGlasses('adjusted')), h('ul', null, ...adjusted.map((line) => h('li', null, line)))) : null);
+    const { adjusted, placement, placement_text, size } = all[desk.side];
+    replace(notes, size ? h('span', { class: 'badge' }, size) : null, placement_text ? h('span', { class: 'muted small' }, placementWords(placement, placement_text)) : null,
+      adjusted.length > 0 ? h('div', { class: 'note warn' }, h('strong', null, tGlasses('adjusted')), h('ul', null, ...adjusted.map((line) => h('li', null, adjustedWords(line))))) : null);
   });
   desk.api.head().then((head) => stage.setHead(head), (error: unknown) => replace(notes, failurePanel(error)));
   return () => {

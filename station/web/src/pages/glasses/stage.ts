@@ -89,7 +89,7 @@ export class Stage {
     const feed = new NewestOnly(
       (design: Design) => this.desk.api.preview(design),
       ({ mesh, notes }) => {
-        viewer.setMesh('glasses', mesh);
+        viewer.setMesh('glasses', mesh, notes.textures ? { textures: { parts: [notes.textures.upper, notes.textures.lower], place: notes.textures.frame_from_station } } : {});
         if (!this.#aimed) this.#aim(mesh);
         status.textContent = '';
         this.desk.notes.set({ ...this.desk.notes.value, [side]: notes });

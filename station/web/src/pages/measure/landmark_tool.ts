@@ -116,9 +116,11 @@ class LandmarkWork {
   /** A handle on a point's place, a line at a level's height. */
   #mark(landmark: Landmark): void {
     const { id, kind, x_mm, y_mm, z_mm, theta_deg, found } = landmark;
-    const { viewer, api } = this.bench;
+    const { viewer, api, low_mm, high_mm } = this.bench;
     if (!found || z_mm === null) return;
     if (kind === 'level' || theta_deg === null || x_mm === null || y_mm === null) {
+      // The crown lies above the highest level that was scanned.
+      if (z_mm <= low_mm || z_mm >= high_mm) return;
       void api.section({ z_mm }).then((section) => {
         if (!this.#open) return;
         section.loops.forEach((loop, i) => viewer.setLine(`landmark.${id}${i}`, loop, { colour: lineColours.quiet, width_px: 2, through: true }));

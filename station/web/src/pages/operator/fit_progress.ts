@@ -29,7 +29,7 @@ export function fitProgress(scanId: string, done: () => void) {
     }
     if (!root.contains(bar.root)) replace(root, bar.root);
     const left = now.eta_s === null || now.eta_s === undefined ? '' : t('fit_left', { n: Math.max(1, Math.ceil(now.eta_s)) });
-    bar.set(now.state === 'waiting' ? null : now.share, now.state === 'waiting' ? t('fit_waiting') : [now.stage, left].filter(Boolean).join(' · '));
+    bar.set(now.state === 'waiting' ? null : now.share, now.state === 'waiting' ? t('fit_waiting') : left);
   };
   const again = async () => show(await post<Job>(`/api/scans/${encodeURIComponent(scanId)}/fit`));
   const ask = async () => {

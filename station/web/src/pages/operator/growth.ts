@@ -9,6 +9,7 @@ import { tOperator as t } from '../../words/operator';
 import { CoverageMap } from '../../view3d/coverage_map';
 import type { GrowingBody } from '../../view3d/growing_body';
 import type { LevelRing } from '../../view3d/ring_surface';
+import { visit } from './visit';
 
 const kUsualRing_mm = 600;
 const kUsualRange = { low_mm: 0, high_mm: 2100 };
@@ -84,11 +85,16 @@ async function customerAgrees(): Promise<boolean> {
   return answer === 'yes';
 }
 
-/** three.js comes only now; levels that arrive before it are kept. */
+/** Fetches three.js while the customer gets ready, so that the first level finds it. */
+export function prepareGrowth() {
+  return Promise.all([import('../../view3d/viewer'), import('../../view3d/growing_body')]);
+}
+
+/** Levels that arrive before it is there are kept. */
 async function openView(host: HTMLElement) {
-  const [{ Viewer }, { GrowingBody: Body }] = await Promise.all([import('../../view3d/viewer'), import('../../view3d/growing_body')]);
+  const [{ Viewer }, { GrowingBody: Body }] = await prepareGrowth();
   const viewer = new Viewer(host, { label: t('grow_view'), unavailable: t('grow_no_view') });
-  const body = new Body(viewer, booth.value.booth?.ring_radius_mm ?? kUsualRing_mm);
+  const body = new Body(viewer, booth.value.booth?.ring_radius_mm ?? kUsualRing_mm, visit.value.profile === 'head' ? 'head' : 'body');
   return {
     body,
     dispose() {

@@ -2,10 +2,12 @@
 import { post } from '../../core/api';
 import { booth, refreshBooth } from '../../core/booth';
 import { navigate } from '../../core/router';
-import { showFailure } from '../../core/ui';
 import { changeVisit, visit } from './visit';
 
-/** Orders the booth to make ready for the visit's customer and consent, and goes where that is followed. */
+/**
+ * Orders the booth to make ready for the visit's customer and consent, and goes where that is followed.
+ * @throws ApiFailure if the order is refused: another session has the booth, the consent was withdrawn, …
+ */
 export async function armScan(): Promise<void> {
   const { customer, consent, profile } = visit.value;
   if (!customer || !consent) return navigate('/visit/customer');
@@ -16,7 +18,7 @@ export async function armScan(): Promise<void> {
     await refreshBooth();
   } catch (error) {
     changeVisit({ pressesBefore: null });
-    showFailure(error);
+    throw error;
   }
   navigate('/visit/scan');
 }

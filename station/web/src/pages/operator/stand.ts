@@ -1,9 +1,10 @@
 // Step 4: stand so, and let the sway of stepping on die down.
 import { h, replace } from '../../core/dom';
 import type { Page } from '../../core/page';
-import { button } from '../../core/ui';
+import { button, failurePanel } from '../../core/ui';
 import { tOperator as t } from '../../words/operator';
 import { countdown } from './countdown';
+import { prepareGrowth } from './growth';
 import { armScan } from './order_scan';
 import { say, silence, tone } from './prompts';
 import { soundSwitch } from './sound_switch';
@@ -31,7 +32,14 @@ export const standPage: Page = {
       frame.content,
       h('div', { class: 'columns' }, h('div', { class: 'card' }, standDrawing()), h('div', { class: 'stack' }, h('ol', { class: 'rules' }, ...rules.map((rule) => h('li', null, rule))), settle)),
     );
-    const arm = () => armScan();
+    const arm = async () => {
+      try {
+        await armScan();
+      } catch (error) {
+        replace(settle, failurePanel(error));
+        replace(frame.actions, button(t('scan_arm'), arm, { kind: 'primary', large: true }));
+      }
+    };
     let timer: { end: () => void } = { end: () => {} };
     const wait = () => {
       tone('tick');
@@ -51,6 +59,7 @@ export const standPage: Page = {
       replace(frame.actions, button(t('stand_wait'), wait, { kind: 'primary', large: true }));
     };
     again();
+    void prepareGrowth();
     return () => {
       timer.end();
       silence();

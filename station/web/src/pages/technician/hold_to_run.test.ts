@@ -13,18 +13,18 @@ beforeEach(() => vi.useFakeTimers());
 afterEach(() => vi.useRealTimers());
 
 describe('hold to run', () => {
-  it('beats at once and every 100 ms while it is held', () => {
+  it('beats at once and so often that two may be late before the booth’s 100 ms are over', () => {
     const { beats, hold } = rig();
     hold.press('up');
     expect(beats).toHaveLength(1);
-    vi.advanceTimersByTime(1000);
-    expect(beats).toHaveLength(11);
+    vi.advanceTimersByTime(100);
+    expect(beats).toHaveLength(3);
     expect(new Set(beats)).toEqual(new Set(['up']));
   });
   it('sends nothing after the release', () => {
     const { beats, changes, hold } = rig();
     hold.press('down');
-    vi.advanceTimersByTime(250);
+    vi.advanceTimersByTime(100);
     hold.release();
     vi.advanceTimersByTime(5000);
     expect(beats).toHaveLength(3);
@@ -86,7 +86,7 @@ describe('the button', () => {
   it.each(endings)('ends by %s', (_, from, event) => {
     const made = buttons();
     made.button.dispatchEvent(new Pressed('pointerdown'));
-    vi.advanceTimersByTime(100);
+    vi.advanceTimersByTime(50);
     made[from].dispatchEvent(new Pressed(event));
     vi.advanceTimersByTime(1000);
     expect(made.beats).toHaveLength(2);
@@ -95,7 +95,7 @@ describe('the button', () => {
     const made = buttons();
     made.button.dispatchEvent(new Pressed('keydown', 'Enter'));
     made.button.dispatchEvent(new Pressed('keydown', 'Enter', true));
-    vi.advanceTimersByTime(200);
+    vi.advanceTimersByTime(100);
     made.button.dispatchEvent(new Pressed('keyup', 'Enter'));
     vi.advanceTimersByTime(1000);
     expect(made.beats).toHaveLength(3);

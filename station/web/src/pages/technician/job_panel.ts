@@ -4,6 +4,7 @@ import type { Job } from '../../core/contract';
 import { h, replace } from '../../core/dom';
 import { on } from '../../core/live';
 import { button, failurePanel, progress } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { t } from '../../words/technician';
 
 const askEveryMs = 1000;
@@ -66,5 +67,5 @@ export function jobPanel(label: string) {
 function lineOf(job: Job<unknown>): string {
   if (job.state === 'waiting') return t('job_waiting');
   const left = job.eta_s === null || job.eta_s === undefined ? '' : t('job_left', { n: Math.ceil(job.eta_s) });
-  return [job.stage, left].filter((part) => part !== '').join(' · ');
+  return [ifEnglish(job.stage), left].filter((part) => part !== '').join(' · ');
 }
