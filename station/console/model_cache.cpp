@@ -24,7 +24,8 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kMost = 4;
-constexpr std::chrono::minutes kUnused{5};
+constexpr std::chrono::seconds kUnused{300};
+constexpr std::chrono::seconds kLook{30};
 
 class Cache final : public ModelCache {
  public:
@@ -92,7 +93,7 @@ class Cache final : public ModelCache {
     while (!stop.stop_requested()) {
       const auto now = SteadyClock::now();
       entries_.remove_if([&](const Entry& entry) { return now - entry.used >= kUnused; });
-      stopped_.wait_for(lock, stop, kUnused / 10, [] { return false; });
+      stopped_.wait_for(lock, stop, kLook, [] { return false; });
     }
   }
 
