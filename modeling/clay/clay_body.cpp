@@ -32,7 +32,9 @@ double LargestSize(const ControlNet& net) {
 
 double MedianSize(const ClayMesh& mesh) {
   std::vector<double> sizes;
-  for (const ClayPatch& patch : mesh.patches()) sizes.push_back(LargestSize(patch.net));
+  for (const ClayPatch& patch : mesh.patches()) {
+    if (patch.node != kNoIndex) sizes.push_back(LargestSize(patch.net));
+  }
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   return *middle;
@@ -48,15 +50,23 @@ bool Finite(const std::vector<GroupMotion>& motions) {
 Result<ClayBody> ClayBody::Make(const PatchShell& shell) {
   auto mesh = ClayMesh::Make(shell);
   if (!mesh) return Fail(mesh);
+  return Make(std::move(*mesh));
+}
+
+Result<ClayBody> ClayBody::Make(ClayMesh mesh) {
   ClayBody body;
-  body.mesh_ = std::move(*mesh);
+  body.mesh_ = std::move(mesh);
   Eigen::AlignedBox3d box;
-  for (const ClayPatch& patch : body.mesh_.patches()) box.extend(patch.net[0][0]).extend(patch.net[3][3]);
+  for (const ClayPatch& patch : body.mesh_.patches()) {
+    if (patch.node != kNoIndex) box.extend(patch.net[0][0]).extend(patch.net[3][3]);
+  }
   body.apex_ = box.center();
   const double size = MedianSize(body.mesh_);
   if (!(size > 0.0)) return Fail("make a body of clay", "its patches have no size", "give a body with a skin");
   body.embedding_ = Embedding(size);
-  for (PatchIndex index = 0; index < body.mesh_.patches().size(); ++index) body.Renew(index);
+  for (PatchIndex index = 0; index < body.mesh_.patches().size(); ++index) {
+    if (body.mesh_.alive(index)) body.Renew(index);
+  }
   body.changed_.clear();
   body.kept_ = body.volume();
   if (!(body.kept_ > 0.0)) {
@@ -173,8 +183,8 @@ double ClayBody::ScaleToKept(const Vector3d& centre) {
       for (Vector3d& point : row) point = apex_ + scale * (point - apex_) + shift;
     }
     mesh_.SetNet(index, net);
-    embedding_.Place(index, net);
   }
+  embedding_.Move(scale, apex_ - scale * apex_ + shift);
   apex_ += shift;
   cones_.Scale(scale * scale * scale);
   return scale - 1.0;

@@ -34,6 +34,7 @@ class ClayBody {
  public:
   /// As ClayMesh::Make; fails also if the volume is not positive.
   static Result<ClayBody> Make(const PatchShell& shell);
+  static Result<ClayBody> Make(ClayMesh mesh);
 
   [[nodiscard]] const ClayMesh& mesh() const { return mesh_; }
   /// mm³, of the surface as it is.

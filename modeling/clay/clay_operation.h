@@ -48,8 +48,8 @@ struct HoleAct {
 
 /// A line in space, from and to: what acts along an axis. Of two addresses, or of two points.
 struct ClayAxis {
-  Eigen::Vector3d from;
-  Eigen::Vector3d to;
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
 };
 
 /// ひねる (hand): what is beyond `to` is turned by an angle against what is before `from`, evenly between.

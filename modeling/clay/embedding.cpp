@@ -158,7 +158,7 @@ std::vector<std::pair<std::size_t, std::size_t>> OverlappingPairs(const std::vec
   AlignedBox3d all;
   for (const AlignedBox3d& one : box) all.extend(one);
   if (box.empty()) return pairs;
-  int axis = 0;
+  Eigen::Index axis = 0;
   all.sizes().maxCoeff(&axis);
   std::vector<std::size_t> order(box.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -206,13 +206,22 @@ std::vector<Embedding::Cell> Embedding::CellsOf(const AlignedBox3d& box) const {
   return cells;
 }
 
+AlignedBox3d Embedding::InCells(const AlignedBox3d& box) const {
+  return {(box.min() - shift_) / scale_, (box.max() - shift_) / scale_};
+}
+
+void Embedding::Move(double scale, const Vector3d& shift) {
+  scale_ *= scale;
+  shift_ = scale * shift_ + shift;
+}
+
 void Embedding::Place(PatchIndex index, const ControlNet& net) {
   if (cells_.size() <= index) {
     cells_.resize(index + 1);
     box_.resize(index + 1);
     is_large_.resize(index + 1, false);
   }
-  box_[index] = BoxOf(net);
+  box_[index] = InCells(BoxOf(net));
   std::vector<Cell> cells = CellsOf(box_[index]);
   if (cells == cells_[index] && !cells.empty()) return;
   Forget(index);
@@ -262,10 +271,10 @@ std::vector<PatchIndex> Embedding::Near(const AlignedBox3d& box) const {
 std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, const ClayTrial& trial, double k) const {
   const std::vector<PatchIndex>& touched = trial.touched();
   std::vector<ControlNet> net(touched.size());
-  std::vector<AlignedBox3d> box(touched.size());
+  std::vector<AlignedBox3d> box(touched.size());  // in the space of the cells
   for (std::size_t n = 0; n < touched.size(); ++n) {
     net[n] = trial.NetAt(n, k);
-    box[n] = BoxOf(net[n]);
+    box[n] = InCells(BoxOf(net[n]));
     if (!box[n].min().allFinite() || !box[n].max().allFinite()) return "a control point would not be finite";
     if (FoldsOver(net[n]) && !FoldsOver(mesh.patch(touched[n]).net)) {
       return fmt::format("the skin would fold over in patch {}", mesh.patch(touched[n]).base);

@@ -24,6 +24,8 @@ class Embedding {
   /// A leaf is now there, or elsewhere, or no more.
   void Place(PatchIndex index, const BezierPatch::ControlNet& net);
   void Remove(PatchIndex index);
+  /// All of the body is now at scale·p + shift: nothing has to be placed anew.
+  void Move(double scale, const Eigen::Vector3d& shift);
 
   /// Why the trial at k is none, or empty: a leaf that folds over (its skin turns by more than a right angle within a
   /// quarter of it, and did not before) or two leaves without a common vertex that cross (as 4 × 4 cells of two
@@ -39,12 +41,17 @@ class Embedding {
   [[nodiscard]] std::vector<Cell> CellsOf(const Eigen::AlignedBox3d& box) const;
   [[nodiscard]] std::vector<PatchIndex> Near(const Eigen::AlignedBox3d& box) const;
 
+  /// A box in the space of the cells, in which the body stays where it was when all of it moves.
+  [[nodiscard]] Eigen::AlignedBox3d InCells(const Eigen::AlignedBox3d& box) const;
+
   double cell_;
+  double scale_ = 1.0;  ///< p = scale·(p in cells) + shift.
+  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
   std::unordered_map<Cell, std::vector<PatchIndex>> leaves_;
   std::vector<PatchIndex> large_;
   std::vector<bool> is_large_;
   std::vector<std::vector<Cell>> cells_;  ///< Of each leaf.
-  std::vector<Eigen::AlignedBox3d> box_;
+  std::vector<Eigen::AlignedBox3d> box_;  ///< In the space of the cells.
 };
 
 }  // namespace annulus
