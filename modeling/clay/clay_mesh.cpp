@@ -55,6 +55,46 @@ ClayMesh::Leaf ClayMesh::Locate(const ClayAddress& address) const {
   return leaf;
 }
 
+std::vector<PatchIndex> ClayMesh::LeavesInOrder() const {
+  std::vector<PatchIndex> leaves;
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t root = 0; root < bases_; ++root) {
+    open.push_back(root);
+    while (!open.empty()) {
+      const Node& node = nodes_[open.back()];
+      open.pop_back();
+      if (node.patch != kNoIndex) {
+        leaves.push_back(node.patch);
+      } else {
+        open.insert(open.end(), node.child.rbegin(), node.child.rend());
+      }
+    }
+  }
+  return leaves;
+}
+
+std::uint32_t ClayMesh::NodeToward(const Part& part) const {
+  std::uint32_t node = part.base;
+  for (std::uint32_t level = part.level; level > 0 && nodes_[node].patch == kNoIndex; --level) {
+    const bool right = ((part.column >> (level - 1)) & 1U) != 0;
+    const bool upper = ((part.row >> (level - 1)) & 1U) != 0;
+    node = nodes_[node].child[upper ? (right ? 2 : 3) : (right ? 1 : 0)];
+  }
+  return node;
+}
+
+PatchIndex ClayMesh::LeafOf(const Part& part) const {
+  const PatchIndex index = nodes_[NodeToward(part)].patch;
+  return index != kNoIndex && patches_[index].level == part.level ? index : kNoIndex;
+}
+
+void ClayMesh::SplitTo(const Part& part) {
+  for (PatchIndex index = nodes_[NodeToward(part)].patch; index != kNoIndex && patches_[index].level < part.level;
+       index = nodes_[NodeToward(part)].patch) {
+    Split(index);
+  }
+}
+
 PatchIndex ClayMesh::NewPatch() {
   ++leaves_;
   if (free_patches_.empty()) {

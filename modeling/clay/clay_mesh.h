@@ -86,6 +86,29 @@ class ClayMesh {
   /// one, or a number is not finite.
   static Result<ClayMesh> Make(const PatchShell& shell);
 
+  /// How a base patch meets the others: joins are kEqual or kPole.
+  struct Base {
+    std::array<VertexIndex, 4> vertex{};
+    std::array<ClayJoin, 4> join;
+  };
+  /// A part of a base patch.
+  struct Part {
+    std::uint32_t base = 0;
+    std::uint32_t level = 0;
+    std::uint32_t column = 0;
+    std::uint32_t row = 0;
+  };
+  /// A mesh without places yet: all control points are 0. Fails if a join does not go both ways, or joins corners that
+  /// are not the same.
+  static Result<ClayMesh> Joined(const std::vector<Base>& bases);
+  [[nodiscard]] std::vector<Base> Bases() const { return roots_; }
+  /// Leaves by base patch, and in it by quarters in the order of its corners.
+  [[nodiscard]] std::vector<PatchIndex> LeavesInOrder() const;
+  /// The leaf that is just this part; kNoIndex: there is none.
+  [[nodiscard]] PatchIndex LeafOf(const Part& part) const;
+  /// Splits until the part is a leaf or lies in leaves.
+  void SplitTo(const Part& part);
+
   [[nodiscard]] std::size_t base_count() const { return bases_; }
   /// Leaves there are.
   [[nodiscard]] std::size_t leaf_count() const { return leaves_; }
@@ -126,6 +149,8 @@ class ClayMesh {
     PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
   };
 
+  /// The node of the part, or the leaf's that holds it.
+  [[nodiscard]] std::uint32_t NodeToward(const Part& part) const;
   [[nodiscard]] PatchIndex NewPatch();
   [[nodiscard]] VertexIndex NewVertex();
   [[nodiscard]] std::uint32_t NewNode();
@@ -140,6 +165,7 @@ class ClayMesh {
   void PullNow(PatchIndex index);
 
   std::size_t bases_ = 0;
+  std::vector<Base> roots_;  ///< As they were joined.
   std::size_t leaves_ = 0;
   std::vector<ClayPatch> patches_;
   std::vector<ClayVertex> vertices_;

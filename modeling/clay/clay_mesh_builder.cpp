@@ -66,6 +66,52 @@ class ClayMeshBuilder {
     RETURN_IF_ERROR(CheckNumbers());
     WeldCorners();
     RETURN_IF_ERROR(PairEdges());
+    return Finished();
+  }
+
+  /// From joins alone.
+  explicit ClayMeshBuilder(const std::vector<ClayMesh::Base>& bases) {
+    ControlNet nowhere;
+    for (auto& row : nowhere) row.fill(Vector3d::Zero());
+    for (const ClayMesh::Base& base : bases) {
+      ClayPatch& patch = mesh_.patches_.emplace_back();
+      patch.net = nowhere;
+      patch.vertex = base.vertex;
+      patch.join = base.join;
+    }
+  }
+
+  Result<ClayMesh> BuildJoined() {
+    for (PatchIndex p = 0; p < mesh_.patches_.size(); ++p) {
+      for (std::uint8_t e = 0; e < 4; ++e) {
+        if (!GoesBothWays(p, e)) {
+          return Fail(kAttempted, fmt::format("edge {} of patch {} joins one that does not join it", int{e}, p),
+                      "make the body again");
+        }
+        const VertexIndex vertex = mesh_.patches_[p].vertex[e];
+        if (mesh_.vertices_.size() <= vertex) mesh_.vertices_.resize(vertex + 1);
+        mesh_.vertices_[vertex].corners.push_back({p, e});
+      }
+    }
+    return Finished();
+  }
+
+ private:
+  [[nodiscard]] bool GoesBothWays(PatchIndex p, std::uint8_t e) const {
+    const ClayPatch& own = mesh_.patches_[p];
+    const ClayJoin& join = own.join[e];
+    const VertexIndex from = own.vertex[e];
+    const VertexIndex to = own.vertex[(e + 1U) % 4];
+    if (join.kind == ClayJoin::Kind::kPole) return from == to;
+    const ClayPatch& other = mesh_.patches_[join.patch[0]];
+    const ClayJoin& back = other.join[join.edge[0]];
+    return back.kind == ClayJoin::Kind::kEqual && back.patch[0] == p && back.edge[0] == e &&
+           back.smooth == join.smooth && other.vertex[join.edge[0]] == to &&
+           other.vertex[(join.edge[0] + 1U) % 4] == from;
+  }
+
+  Result<ClayMesh> Finished() {
+    for (const ClayPatch& patch : mesh_.patches_) mesh_.roots_.push_back({patch.vertex, patch.join});
     mesh_.bases_ = mesh_.leaves_ = mesh_.patches_.size();
     mesh_.nodes_.resize(mesh_.bases_);
     for (PatchIndex p = 0; p < mesh_.bases_; ++p) {
@@ -75,7 +121,6 @@ class ClayMeshBuilder {
     return std::move(mesh_);
   }
 
- private:
   Status CheckNumbers() const {
     if (mesh_.patches_.empty()) return Fail(kAttempted, "there is none", "give a body with a skin");
     for (std::size_t p = 0; p < mesh_.patches_.size(); ++p) {
@@ -200,5 +245,7 @@ class ClayMeshBuilder {
 };
 
 Result<ClayMesh> ClayMesh::Make(const PatchShell& shell) { return ClayMeshBuilder(shell).Build(); }
+
+Result<ClayMesh> ClayMesh::Joined(const std::vector<Base>& bases) { return ClayMeshBuilder(bases).BuildJoined(); }
 
 }  // namespace annulus

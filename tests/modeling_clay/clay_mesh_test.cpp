@@ -7,7 +7,7 @@
 
 #include "modeling/clay/clay_body.h"
 #include "modeling/clay/clay_shapes.h"
-#include "tests/modeling/clay_check.h"
+#include "tests/modeling_clay/clay_check.h"
 
 namespace annulus {
 namespace {
