@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "modeling/clay/clay_convert.h"
+#include "modeling/clay/clay_girths.h"
 #include "modeling/clay/clay_json.h"
 #include "modeling/clay/clay_script.h"
 #include "modeling/clay/clay_shapes.h"
@@ -30,6 +31,7 @@ struct ClayCommand {
   std::string in;
   std::string ops;
   std::vector<std::string> out;
+  std::vector<double> girths;  ///< Heights, mm.
   std::string json;
 };
 
@@ -73,18 +75,28 @@ Result<ClayInput> Read(const std::string& in, CommandIo& io) {
   return ClayInput{std::move(*file), {{"in", "clay"}}};
 }
 
-Json ReportJson(const std::string& name, const ClayReport& report) {
+Json GirthsJson(const ClayGirths& girths) {
+  Json list = Json::array();
+  for (std::size_t level = 0; level < girths.levels().size(); ++level) {
+    list.push_back(
+        {{"z_mm", girths.levels()[level]}, {"perimeter_mm", girths.Perimeter(level)}, {"tape_mm", girths.Tape(level)}});
+  }
+  return list;
+}
+
+Json ReportJson(const std::string& name, const ClayReport& report, const ClayGirths& girths) {
   return {{"op", name},
           {"volume_before_mm3", report.volume_before_mm3},
           {"volume_after_mm3", report.volume_after_mm3},
           {"moved_mm3", report.moved_mm3},
           {"k", report.k},
           {"patches", report.patches},
-          {"touched", report.touched}};
+          {"touched", report.touched},
+          {"girths", GirthsJson(girths)}};
 }
 
 /// Carries out a script; what it did, operation by operation.
-Result<Json> Work(const ClayScript& script, ClayBody& body, CommandIo& io) {
+Result<Json> Work(const ClayScript& script, ClayBody& body, ClayGirths& girths, CommandIo& io) {
   Json reports = Json::array();
   ProgressDisplay progress(io.progress_mode());
   for (std::size_t n = 0; n < script.steps.size(); ++n) {
@@ -95,7 +107,8 @@ Result<Json> Work(const ClayScript& script, ClayBody& body, CommandIo& io) {
       error.attempted = fmt::format("operation {} ({})", n, NameOf(script.steps[n].act));
       return tl::unexpected<Error>(error);
     }
-    reports.push_back(ReportJson(NameOf(script.steps[n].act), *report));
+    girths.Follow(body);
+    reports.push_back(ReportJson(NameOf(script.steps[n].act), *report, girths));
     progress.Show("operations", static_cast<double>(n + 1), static_cast<double>(script.steps.size()));
   }
   return reports;
@@ -115,13 +128,17 @@ Status Shape(const ClayCommand& options, CommandIo& io) {
   auto input = Read(options.in, io);
   if (!input) return Fail(input);
   ClayBody& body = input->file.body;
-  Json report{{"source", input->source}, {"kept_volume_before_mm3", body.kept_volume()}, {"operations", Json::array()}};
+  ClayGirths girths(body, options.girths);
+  Json report{{"source", input->source},
+              {"kept_volume_before_mm3", body.kept_volume()},
+              {"girths_before", GirthsJson(girths)},
+              {"operations", Json::array()}};
   if (!options.ops.empty()) {
     const auto text = ReadTextFile(io.storage(), options.ops);
     if (!text) return Fail(text);
     const auto script = ClayScriptFromJson(*text, options.ops);
     if (!script) return Fail(script);
-    auto reports = Work(*script, body, io);
+    auto reports = Work(*script, body, girths, io);
     if (!reports) return Fail(reports);
     report["operations"] = std::move(*reports);
     input->file.scripts.push_back(*text);
@@ -147,6 +164,9 @@ void AddClayCommand(CLI::App& app, CommandWork& chosen) {
       ->type_name("OPS.json");
   command->add_option("--out", options->out, "the body: .json keeps it whole, .stl, .obj and .ply are its skin")
       ->type_name("F");
+  command->add_option("--girth", options->girths, "heights at which every operation reports the body's girth, mm")
+      ->type_name("Z")
+      ->delimiter(',');
   AddJsonOption(*command, options->json);
   command->footer("Example: annulus clay --in block --ops ops.json --out shaped.json --out shaped.stl --json -");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Shape(*options, io); }; });

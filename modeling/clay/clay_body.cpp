@@ -97,6 +97,24 @@ void ClayBody::Renew(PatchIndex index) {
   cones_.Set(index, ConeVolume(net, apex_));
   embedding_.Place(index, net);
   changed_.push_back(index);
+  Note(index);
+}
+
+void ClayBody::Note(PatchIndex index) {
+  // Who has not asked for so long may as well look at all of it.
+  static constexpr std::size_t kMost = 1'000'000;
+  if (log_.size() >= kMost) Forget();
+  log_.push_back(index);
+}
+
+void ClayBody::Forget() {
+  first_change_ += log_.size() + 1;
+  log_.clear();
+}
+
+std::optional<std::vector<PatchIndex>> ClayBody::LeavesSince(std::size_t count) const {
+  if (count < first_change_) return std::nullopt;
+  return std::vector<PatchIndex>(log_.begin() + static_cast<std::ptrdiff_t>(count - first_change_), log_.end());
 }
 
 Result<ClayBody::Solution> ClayBody::Solve(const ClayTrial& trial) {
@@ -187,6 +205,7 @@ double ClayBody::ScaleToKept(const Vector3d& centre) {
   embedding_.Move(scale, apex_ - scale * apex_ + shift);
   apex_ += shift;
   cones_.Scale(scale * scale * scale);
+  Forget();
   return scale - 1.0;
 }
 
@@ -194,6 +213,7 @@ void ClayBody::Follow(const LeafChange& change) {
   for (const PatchIndex index : change.gone) {
     cones_.Set(index, 0.0);
     embedding_.Remove(index);
+    Note(index);
   }
   for (const PatchIndex index : change.made) {
     if (mesh_.alive(index)) Renew(index);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -66,10 +67,17 @@ class ClayBody {
   /// `tolerance` mm of the whole's. Returns how many leaves there are less.
   std::size_t MergeTouched(double tolerance);
 
+  /// How often leaves were made, moved or taken away; LeavesSince(then) are those after that count, each perhaps
+  /// several times, some of them no more. Empty optional: all of them, since the whole body was moved.
+  [[nodiscard]] std::size_t change_count() const { return first_change_ + log_.size(); }
+  [[nodiscard]] std::optional<std::vector<PatchIndex>> LeavesSince(std::size_t count) const;
+
  private:
   ClayBody() = default;
   void Commit(const ClayTrial& trial, double k);
   void Renew(PatchIndex index);
+  void Note(PatchIndex index);
+  void Forget();
   void Follow(const LeafChange& change);
   /// The k of eq. 8, and how fast the volume changes with it.
   struct Solution {
@@ -85,6 +93,8 @@ class ClayBody {
   Eigen::Vector3d apex_ = Eigen::Vector3d::Zero();
   double kept_ = 0.0;
   std::vector<PatchIndex> changed_;  ///< Since the last MergeTouched; some may be no more.
+  std::vector<PatchIndex> log_;      ///< Of changes, from number first_change_ on.
+  std::size_t first_change_ = 0;
 };
 
 }  // namespace annulus

@@ -62,9 +62,7 @@ TEST(ClayOperation, IsUndoneByItsInverseAndMergesBack) {
   hold.direction = Vector3d(0.0, 0.0, -1.0);
   Kept(body, PushAct{hold, 0.05, 1, 2.0});
   EXPECT_GT(body.mesh().leaf_count(), before);
-  ClayPractice practice;
-  practice.merge_mm = 2e-3;
-  Kept(body, PushAct{hold, -0.05, 1, 2.0}, practice);
+  Kept(body, PushAct{hold, -0.05, 1, 2.0});
   EXPECT_LE(static_cast<double>(body.mesh().leaf_count()), 1.1 * static_cast<double>(before));
 }
 
