@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 7> kLater{{{"clay", "reshape as clay"},
-                                              {"elastic", "reshape as an elastic body"},
+constexpr std::array<LaterCommand, 6> kLater{{{"elastic", "reshape as an elastic body"},
                                               {"flatten", "flat patterns"},
                                               {"wrinkly", "wrinkly surfaces"},
                                               {"convert", "other file formats"},
@@ -99,7 +98,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
-        AddStoreCommand,   AddRebuildCommand,   AddServeCommand}) {
+        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

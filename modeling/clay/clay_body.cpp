@@ -1,0 +1,247 @@
+#include "modeling/clay/clay_body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/ensure.h"
+#include "modeling/clay/patch_volume.h"
+
+namespace annulus {
+
+using Eigen::Vector3d;
+using ControlNet = BezierPatch::ControlNet;
+
+namespace {
+
+/// Of the volume: what a deformation may leave, and what Newton is asked for.
+constexpr double kVolumeTolerance = 1e-14;
+constexpr int kCorrections = 3;
+
+constexpr const char* kAttempted = "deform the clay";
+
+double LargestSize(const ControlNet& net) {
+  Eigen::AlignedBox3d box;
+  for (const auto& row : net) {
+    for (const Vector3d& point : row) box.extend(point);
+  }
+  return box.sizes().maxCoeff();
+}
+
+double MedianSize(const ClayMesh& mesh) {
+  std::vector<double> sizes;
+  for (const ClayPatch& patch : mesh.patches()) {
+    if (patch.node != kNoIndex) sizes.push_back(LargestSize(patch.net));
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+bool Finite(const std::vector<GroupMotion>& motions) {
+  return std::all_of(motions.begin(), motions.end(),
+                     [](const GroupMotion& motion) { return motion.move.allFinite() && motion.gradient.allFinite(); });
+}
+
+}  // namespace
+
+Result<ClayBody> ClayBody::Make(const PatchShell& shell) {
+  auto mesh = ClayMesh::Make(shell);
+  if (!mesh) return Fail(mesh);
+  return Make(std::move(*mesh));
+}
+
+Result<ClayBody> ClayBody::Make(ClayMesh mesh) {
+  ClayBody body;
+  body.mesh_ = std::move(mesh);
+  Eigen::AlignedBox3d box;
+  for (const ClayPatch& patch : body.mesh_.patches()) {
+    if (patch.node != kNoIndex) box.extend(patch.net[0][0]).extend(patch.net[3][3]);
+  }
+  body.apex_ = box.center();
+  const double size = MedianSize(body.mesh_);
+  if (!(size > 0.0)) return Fail("make a body of clay", "its patches have no size", "give a body with a skin");
+  body.embedding_ = Embedding(size);
+  for (PatchIndex index = 0; index < body.mesh_.patches().size(); ++index) {
+    if (body.mesh_.alive(index)) body.Renew(index);
+  }
+  body.changed_.clear();
+  body.kept_ = body.volume();
+  if (!(body.kept_ > 0.0)) {
+    return Fail("make a body of clay", fmt::format("its volume is {:.6g} mm3", body.kept_),
+                "give patches of which S_u x S_v points out of the body");
+  }
+  return body;
+}
+
+double ClayBody::Area() const {
+  double area = 0.0;
+  for (const ClayPatch& patch : mesh_.patches()) area += patch.node == kNoIndex ? 0.0 : PatchArea(patch.net);
+  return area;
+}
+
+Vector3d ClayBody::Point(const ClayAddress& address) const {
+  const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  return BezierPatch(mesh_.patch(leaf.patch).net).Point(leaf.u, leaf.v);
+}
+
+Vector3d ClayBody::Normal(const ClayAddress& address) const {
+  const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  return BezierPatch(mesh_.patch(leaf.patch).net).Normal(leaf.u, leaf.v);
+}
+
+void ClayBody::Renew(PatchIndex index) {
+  const ControlNet& net = mesh_.patch(index).net;
+  cones_.Set(index, ConeVolume(net, apex_));
+  embedding_.Place(index, net);
+  changed_.push_back(index);
+  Note(index);
+}
+
+void ClayBody::Note(PatchIndex index) {
+  // Who has not asked for so long may as well look at all of it.
+  static constexpr std::size_t kMost = 1'000'000;
+  if (log_.size() >= kMost) Forget();
+  log_.push_back(index);
+}
+
+void ClayBody::Forget() {
+  first_change_ += log_.size() + 1;
+  log_.clear();
+}
+
+std::optional<std::vector<PatchIndex>> ClayBody::LeavesSince(std::size_t count) const {
+  if (count < first_change_) return std::nullopt;
+  return std::vector<PatchIndex>(log_.begin() + static_cast<std::ptrdiff_t>(count - first_change_), log_.end());
+}
+
+Result<ClayBody::Solution> ClayBody::Solve(const ClayTrial& trial) {
+  Cubic excess = trial.VolumeAlong(apex_);
+  double rest = volume();
+  for (const PatchIndex index : trial.touched()) rest -= cones_.Get(index);
+  excess.c[0] += rest - kept_;
+  const std::vector<double> roots = RealRoots(excess);
+  if (roots.empty()) {
+    return Fail(
+        kAttempted,
+        fmt::format("nothing takes up {:.6g} mm3: no amount of the indirect motion keeps the volume", -excess.c[0]),
+        "make the operation smaller, or its indirect region larger");
+  }
+  std::string trouble;
+  for (const double root : roots) {
+    std::string seen = embedding_.Trouble(mesh_, marks_, trial, root);
+    if (seen.empty()) return Solution{root, excess.Slope(root)};
+    if (trouble.empty()) trouble = std::move(seen);
+  }
+  return Fail(kAttempted, trouble, "make the operation smaller, or act in several steps");
+}
+
+void ClayBody::Commit(const ClayTrial& trial, double k) {
+  std::vector<PatchIndex> touched = trial.touched();
+  for (std::size_t n = 0; n < touched.size(); ++n) mesh_.SetNet(touched[n], trial.NetAt(n, k));
+  // Slaved once more, from what was rounded; coarser leaves first.
+  std::stable_sort(touched.begin(), touched.end(),
+                   [this](PatchIndex a, PatchIndex b) { return mesh_.patch(a).level < mesh_.patch(b).level; });
+  const auto net_of = [this](PatchIndex index) -> const ControlNet& { return mesh_.patch(index).net; };
+  for (const PatchIndex index : touched) {
+    ControlNet net = mesh_.patch(index).net;
+    mesh_.PullSlaves(index, net_of, net);
+    mesh_.SetNet(index, net);
+    Renew(index);
+  }
+}
+
+Result<ClayChange> ClayBody::Deform(const ClayDeformation& deformation, VolumeRule rule) {
+  if (!Finite(deformation.direct) || !Finite(deformation.indirect)) {
+    return Fail(kAttempted, "a motion is not a finite number", "correct the operation's parameters");
+  }
+  ClayChange change;
+  change.volume_before_mm3 = volume();
+  const ClayDeformation direct{deformation.direct, {}};
+  const ClayTrial trial(mesh_, marks_, rule == VolumeRule::kKept ? deformation : direct);
+  double slope = 0.0;
+  if (rule == VolumeRule::kKept) {
+    const auto solution = Solve(trial);
+    if (!solution) return Fail(solution);
+    change.k = solution->k;
+    slope = solution->slope;
+  } else if (std::string trouble = embedding_.Trouble(mesh_, marks_, trial, 0.0); !trouble.empty()) {
+    return Fail(kAttempted, std::move(trouble), "make the operation smaller, or act in several steps");
+  }
+  Commit(trial, change.k);
+  if (rule == VolumeRule::kKept) {
+    for (int i = 0; i < kCorrections && std::abs(volume() - kept_) > kVolumeTolerance * kept_; ++i) {
+      change.k -= (volume() - kept_) / slope;
+      Commit(trial, change.k);
+    }
+  } else if (rule == VolumeRule::kFreed) {
+    kept_ = volume();
+  }
+  change.volume_after_mm3 = volume();
+  change.patches_touched = trial.touched().size();
+  return change;
+}
+
+void ClayBody::Keep(double volume) {
+  ENSURE(volume > 0.0, "a body has a volume");
+  kept_ = volume;
+}
+
+double ClayBody::ScaleToKept(const Vector3d& centre) {
+  ENSURE(volume() > 0.0, "a body has a volume");
+  const double scale = std::cbrt(kept_ / volume());
+  // About the apex, whose cones scale as a whole; then all of it moves, cones and apex, to where `centre` stays.
+  const Vector3d shift = (1.0 - scale) * (centre - apex_);
+  for (PatchIndex index = 0; index < mesh_.patches().size(); ++index) {
+    if (!mesh_.alive(index)) continue;
+    ControlNet net = mesh_.patch(index).net;
+    for (auto& row : net) {
+      for (Vector3d& point : row) point = apex_ + scale * (point - apex_) + shift;
+    }
+    mesh_.SetNet(index, net);
+  }
+  embedding_.Move(scale, apex_ - scale * apex_ + shift);
+  apex_ += shift;
+  cones_.Scale(scale * scale * scale);
+  Forget();
+  return scale - 1.0;
+}
+
+void ClayBody::Follow(const LeafChange& change) {
+  for (const PatchIndex index : change.gone) {
+    cones_.Set(index, 0.0);
+    embedding_.Remove(index);
+    Note(index);
+  }
+  for (const PatchIndex index : change.made) {
+    if (mesh_.alive(index)) Renew(index);
+  }
+}
+
+void ClayBody::Split(PatchIndex index) { Follow(mesh_.Split(index)); }
+
+std::size_t ClayBody::MergeTouched(double tolerance) {
+  const std::size_t before = mesh_.leaf_count();
+  std::vector<PatchIndex> candidates = std::move(changed_);
+  changed_.clear();
+  std::sort(candidates.begin(), candidates.end());
+  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+  for (std::size_t n = 0; n < candidates.size(); ++n) {
+    if (!mesh_.alive(candidates[n])) continue;
+    const LeafChange change = mesh_.Merge(candidates[n], tolerance);
+    Follow(change);
+    // A whole may be a quarter, and what was too fine for a neighbour may not be any more.
+    for (const PatchIndex made : change.made) {
+      candidates.push_back(made);
+      for (const ClayJoin& join : mesh_.patch(made).join) {
+        if (join.kind != ClayJoin::Kind::kPole) candidates.push_back(join.patch[0]);
+      }
+    }
+  }
+  changed_.clear();
+  return before - mesh_.leaf_count();
+}
+
+}  // namespace annulus

@@ -1,0 +1,76 @@
+#include "modeling/clay/clay_region.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <unordered_set>
+
+namespace annulus {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+constexpr std::uint32_t kDeepest = 10;
+
+AlignedBox3d BoxOf(const ClayPatch& patch) {
+  AlignedBox3d box;
+  for (const auto& row : patch.net) {
+    for (const Vector3d& point : row) box.extend(point);
+  }
+  return box;
+}
+
+void AppendVertices(const ClayMesh& mesh, ClayRegion& region) {
+  std::unordered_set<VertexIndex> seen;
+  for (const PatchIndex index : region.patches) {
+    for (const VertexIndex vertex : mesh.patch(index).vertex) {
+      if (seen.insert(vertex).second) region.vertices.push_back(vertex);
+    }
+  }
+}
+
+}  // namespace
+
+ClayRegion RegionAround(const ClayMesh& mesh, PatchIndex start, const Vector3d& centre, double radius) {
+  ClayRegion region;
+  std::unordered_set<PatchIndex> seen{start};
+  region.patches.push_back(start);
+  for (std::size_t n = 0; n < region.patches.size(); ++n) {
+    for (const ClayJoin& join : mesh.patch(region.patches[n]).join) {
+      for (const PatchIndex other : join.patch) {
+        if (other == kNoIndex || seen.count(other) != 0) continue;
+        if (BoxOf(mesh.patch(other)).squaredExteriorDistance(centre) > radius * radius) continue;
+        seen.insert(other);
+        region.patches.push_back(other);
+      }
+    }
+  }
+  AppendVertices(mesh, region);
+  return region;
+}
+
+ClayRegion WholeBody(const ClayMesh& mesh) {
+  ClayRegion region;
+  for (PatchIndex index = 0; index < mesh.patches().size(); ++index) {
+    if (mesh.alive(index)) region.patches.push_back(index);
+  }
+  AppendVertices(mesh, region);
+  return region;
+}
+
+void RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& centre, double radius, double size) {
+  for (bool cut = true; cut;) {
+    cut = false;
+    const ClayRegion region = RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius);
+    for (const PatchIndex index : region.patches) {
+      // One that was cut with a finer one may be no more, or another.
+      if (!body.mesh().alive(index) || body.mesh().patch(index).level >= kDeepest) continue;
+      const AlignedBox3d box = BoxOf(body.mesh().patch(index));
+      if (box.sizes().maxCoeff() <= size || box.squaredExteriorDistance(centre) > radius * radius) continue;
+      body.Split(index);
+      cut = true;
+    }
+  }
+}
+
+}  // namespace annulus

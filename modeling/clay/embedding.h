@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "modeling/bezier/bezier_patch.h"
+#include "modeling/clay/clay_mesh.h"
+#include "modeling/clay/clay_trial.h"
+
+namespace annulus {
+
+/// Finds out whether a deformation would make a body's skin fold over or cross itself. Knows in which cells of space
+/// each leaf lies, so that the search costs what is near and not what is far. A value.
+class Embedding {
+ public:
+  /// `cell` mm, about the size of a leaf.
+  explicit Embedding(double cell = 1.0) : cell_(cell) {}
+
+  /// A leaf is now there, or elsewhere, or no more.
+  void Place(PatchIndex index, const BezierPatch::ControlNet& net);
+  void Remove(PatchIndex index);
+  /// All of the body is now at scale·p + shift: nothing has to be placed anew.
+  void Move(double scale, const Eigen::Vector3d& shift);
+
+  /// Why the trial at k is none, or empty: a leaf that folds over (its skin turns by more than a right angle within a
+  /// quarter of it, and did not before) or two leaves without a common vertex that cross (as 4 × 4 cells of two
+  /// triangles) and did not before.
+  [[nodiscard]] std::string Trouble(const ClayMesh& mesh, const VisitMarks& marks, const ClayTrial& trial,
+                                    double k) const;
+
+ private:
+  using Cell = std::uint64_t;
+  static constexpr std::size_t kMostCells = 64;  ///< A leaf that spans more is looked at always.
+
+  void Forget(PatchIndex index);
+  [[nodiscard]] std::vector<Cell> CellsOf(const Eigen::AlignedBox3d& box) const;
+  [[nodiscard]] std::vector<PatchIndex> Near(const Eigen::AlignedBox3d& box) const;
+
+  /// A box in the space of the cells, in which the body stays where it was when all of it moves.
+  [[nodiscard]] Eigen::AlignedBox3d InCells(const Eigen::AlignedBox3d& box) const;
+
+  double cell_;
+  double scale_ = 1.0;  ///< p = scale·(p in cells) + shift.
+  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
+  std::unordered_map<Cell, std::vector<PatchIndex>> leaves_;
+  std::vector<PatchIndex> large_;
+  std::vector<bool> is_large_;
+  std::vector<std::vector<Cell>> cells_;  ///< Of each leaf.
+  std::vector<Eigen::AlignedBox3d> box_;  ///< In the space of the cells.
+};
+
+}  // namespace annulus
