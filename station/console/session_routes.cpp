@@ -32,22 +32,21 @@ struct Desk {
 /// What the page needs first, and after every login.
 Result<Json> SessionJson(const Desk& desk, const Caller& caller, std::string_view cookie, std::int64_t idle_s) {
   const Config& config = desk.context.config;
+  const bool store_ready = desk.context.store.state() == StoreState::kReady;
   const auto empty = desk.frame.accounts.Empty();
-  if (!empty) return Fail(empty);
+  if (!empty && store_ready) return Fail(empty);  // a damaged one is told: the page still shows the booth, and stops it
   return Json{{"user", caller.user},
               {"role", StationRoleName(caller.role)},
               {"csrf", desk.frame.sessions.CsrfToken(cookie)},
               {"local", caller.loopback},
-              {"setup_needed", *empty},
+              {"setup_needed", empty.value_or(false)},
               {"station_id", config.station_id},
               {"version", ProgramVersion()},
               {"simulated", AllSimulated(config)},
               {"language", config.language},
               {"units", config.units},
               {"idle_s", idle_s},
-              {"store",
-               {{"state", desk.context.store.state() == StoreState::kReady ? "ready" : "read_only"},
-                {"problem", desk.context.store.problem()}}},
+              {"store", {{"state", store_ready ? "ready" : "read_only"}, {"problem", desk.context.store.problem()}}},
               {"booth_connected", desk.context.booth.status().has_value()},
               {"certificate_problem", desk.frame.certificate_problem()},
               {"stop_is_not_estop", true}};

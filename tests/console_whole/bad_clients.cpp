@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
 #include <fstream>
 #include <stdexcept>
 
@@ -43,6 +44,7 @@ std::size_t StuckClients::StillServed() const {
 }
 
 BadClients::BadClients(const RawTarget& target) : target_(target) {
+  std::signal(SIGPIPE, SIG_IGN);  // OpenSSL writes to a connection that the server has ended
   for (const auto work :
        {&BadClients::SendUnauthenticated, &BadClients::SendNoHttp, &BadClients::SendNoTls, &BadClients::SendSlowly}) {
     threads_.emplace_back([this, work](const std::stop_token& stop) { (this->*work)(stop); });

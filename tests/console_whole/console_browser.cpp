@@ -42,7 +42,10 @@ std::string ConsoleBrowser::PostText(const std::string& path, const nlohmann::js
 ConsoleBrowser::Answer ConsoleBrowser::Send(const std::string& request) {
   const auto begin = SystemClock().Now();
   Answer answer;
-  const auto client = RawClient::Connect(target_);
+  answer.json = nlohmann::json::object();
+  auto client = RawClient::Connect(target_);
+  // A handshake has five seconds, which on a busy machine may be too few.
+  while (client == nullptr && SystemClock().Now() - begin < kPatience) client = RawClient::Connect(target_);
   if (client == nullptr) return answer;
   client->SetPatience(kPatience);
   const RawAnswer raw = client->Ask(request);

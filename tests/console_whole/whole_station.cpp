@@ -42,9 +42,9 @@ Config ShortScans() {
   Config config = SimulatedConfig();
   ProfileConfig profile;
   profile.z_top_mm = 1700.0;
-  profile.z_bottom_mm = 1500.0;
+  profile.z_bottom_mm = 1200.0;
   profile.pitch_mm = 5.0;
-  profile.speed_mm_s = 100.0;
+  profile.speed_mm_s = 60.0;
   profile.sweeps = 1;
   profile.level_rate_hz = 20.0;
   config.profiles["short"] = profile;

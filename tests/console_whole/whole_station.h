@@ -119,7 +119,7 @@ class WholeStation {
   [[nodiscard]] ConsoleBrowser Browser() const { return ConsoleBrowser(target()); }
 
   /// Everything up to the first levels of a scan, with the requests of the page, by an operator who is logged in.
-  /// Profiles: "short" (a second or so), "long" (about 20 s).
+  /// Profiles: "short" (8 s), "long" (about 20 s).
   StartedScan StartScan(ConsoleBrowser& browser, const std::string& profile);
   /// Waits until the booth is at rest and the scan is in the store; its row.
   ScanRow WaitTakenIn(const StartedScan& scan);
