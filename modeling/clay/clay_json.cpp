@@ -21,6 +21,7 @@ constexpr int kVersion = 1;
 constexpr const char* kAdvice = "the file is damaged: make it again from its operations";
 constexpr std::size_t kMostLeaves = 2'000'000;
 constexpr std::uint32_t kDeepest = 16;
+constexpr double kLargestGap = 1e-6;  ///< mm
 
 Json NetJson(const ControlNet& net) {
   Json numbers = Json::array();
@@ -54,7 +55,10 @@ class Reader {
     std::vector<std::pair<ClayMesh::Part, ControlNet>> parts;
     for (std::size_t n = 0; n < leaves.size(); ++n)
       parts.emplace_back(PartOf(leaves, n, bases.size()), NetOf(leaves, n));
-    for (const auto& [part, net] : parts) mesh.SplitTo(part);
+    for (const auto& [part, net] : parts) {
+      mesh.SplitTo(part);
+      if (mesh.leaf_count() > parts.size()) break;
+    }
     if (mesh.leaf_count() != parts.size()) Refuse("its leaves do not cover its patches");
     std::vector<bool> set(mesh.patches().size(), false);
     for (const auto& [part, net] : parts) {
@@ -63,6 +67,7 @@ class Reader {
       set[index] = true;
       mesh.SetNet(index, net);
     }
+    if (!(mesh.LargestGap() <= kLargestGap)) Refuse("its leaves do not fit together");
     auto body = ClayBody::Make(std::move(mesh));
     if (!body) throw BadClay{body.error()};
     const double kept = Taken(reader_.Number(root, "kept_volume_mm3"));

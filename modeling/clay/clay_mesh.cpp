@@ -73,6 +73,29 @@ std::vector<PatchIndex> ClayMesh::LeavesInOrder() const {
   return leaves;
 }
 
+double ClayMesh::LargestGap() const {
+  const auto net_of = [this](PatchIndex index) -> const ControlNet& { return patches_[index].net; };
+  double gap = 0.0;
+  const auto widen = [&gap](double distance) { gap = distance <= gap ? gap : distance; };
+  for (PatchIndex index = 0; index < patches_.size(); ++index) {
+    if (!alive(index)) continue;
+    const ClayPatch& own = patches_[index];
+    ControlNet slaved = own.net;
+    PullSlaves(index, net_of, slaved);
+    for (std::size_t n = 0; n < 16; ++n) widen((slaved[n / 4][n % 4] - own.net[n / 4][n % 4]).norm());
+    for (std::size_t edge = 0; edge < 4; ++edge) {
+      const ClayJoin& join = own.join[edge];
+      if (join.kind != Kind::kEqual) continue;
+      for (std::size_t s = 0; s < 4; ++s) {
+        const auto [i, j] = NetIndex(edge, s, 0);
+        const auto [k, l] = NetIndex(join.edge[0], 3 - s, 0);
+        widen((own.net[i][j] - patches_[join.patch[0]].net[k][l]).norm());
+      }
+    }
+  }
+  return gap;
+}
+
 std::uint32_t ClayMesh::NodeToward(const Part& part) const {
   std::uint32_t node = part.base;
   for (std::uint32_t level = part.level; level > 0 && nodes_[node].patch == kNoIndex; --level) {

@@ -35,10 +35,9 @@ class Ranges {
     }
     return *this;
   }
+  /// Lengths and volumes: above 0, and below what would overflow.
   Ranges& Positive(const char* name, double value) {
-    if (status_ && !(value > 0.0 && std::isfinite(value))) {
-      status_ = OutOfRange(operation_, name, value, "above 0");
-    }
+    if (status_ && !(value > 0.0 && value <= 1e12)) status_ = OutOfRange(operation_, name, value, "above 0");
     return *this;
   }
   Ranges& Address(const ClayBody& body, const ClayAddress& at) {
@@ -396,6 +395,10 @@ class Performer {
 }  // namespace
 
 Result<ClayReport> Perform(ClayBody& body, const ClayAct& act, const ClayPractice& practice) {
+  Ranges masks(NameOf(act));
+  for (const ClayMask& mask : practice.masks)
+    masks.Address(body, mask.at).Positive("a mask's radius_mm", mask.radius_mm);
+  RETURN_IF_ERROR(masks.Within("merge_mm", practice.merge_mm, 0.0, 1e3).status());
   const double volume = body.volume();
   const double kept = body.kept_volume();
   // One stroke is whole or nothing; what consists of several goes back to here.

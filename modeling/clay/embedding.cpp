@@ -193,7 +193,7 @@ std::vector<Embedding::Cell> Embedding::CellsOf(const AlignedBox3d& box) const {
     const double first = std::floor(box.min()[axis] / cell_);
     const double last = std::floor(box.max()[axis] / cell_);
     count *= last - first + 1.0;
-    if (count > static_cast<double>(kMostCells)) return {};
+    if (!(count <= static_cast<double>(kMostCells))) return {};  // nor if it is none
     low[a] = std::llround(first);
     high[a] = std::llround(last);
   }

@@ -77,6 +77,7 @@ TEST(ClayJson, RefusesWhatIsDamaged) {
   EXPECT_FALSE(broken("\"ratio\":1.0", "\"ratio\":-1.0"));
   EXPECT_FALSE(broken("\"vertex\":[", "\"vertex\":[7,"));
   EXPECT_FALSE(broken("\"net\":[-3.0", "\"net\":[null"));
+  EXPECT_FALSE(broken("\"net\":[-3.0", "\"net\":[-3.1"));
   EXPECT_FALSE(broken("\"kept_volume_mm3\":1", "\"kept_volume_mm3\":-1"));
   EXPECT_FALSE(ClayFromJson(text.substr(0, text.size() / 2), "clay.json"));
 }
