@@ -7,6 +7,7 @@
 #include "base/units.h"
 #include "render/hvc.h"
 #include "station/console/request_keys.h"
+#include "station/console/route_errors.h"
 
 namespace annulus {
 namespace {
