@@ -110,7 +110,6 @@ test('a calibration leads step by step to its certificate, and is put in force',
   withTechnician(browser, station, {}, async (page) => {
     await goTo(page, '/technician/calibration', 'Calibration of the ring');
     await checkAccess(page, 'calibration, before');
-    await page.getByLabel('A second target that only verifies').selectOption({ index: 2 });
     await button(page, 'Begin').click();
     await page.getByRole('img', { name: /cylinder, radius 150 mm; in the middle; upright/ }).waitFor();
     await checkAccess(page, 'calibration, first step');
