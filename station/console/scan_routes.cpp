@@ -100,6 +100,9 @@ ApiResult Mesh(ConsoleContext& context, const ApiRequest& request) {
   if (!step_deg) return tl::unexpected(step_deg.error());
   const auto step_mm = QueryNumber(request.http, "step_mm", 4.0, 0.5, 50.0);
   if (!step_mm) return tl::unexpected(step_mm.error());
+  constexpr double kMost = 400'000.0;
+  const auto most = QueryNumber(request.http, "triangles", kMost, 1'000.0, kMost);
+  if (!most) return tl::unexpected(most.error());
   const auto scan = context.store.GetScan(request.path.at("scan"));
   if (!scan) return NotThere(scan.error());
   if (!SummaryOf(*scan).value("released", false)) {
@@ -108,8 +111,8 @@ ApiResult Mesh(ConsoleContext& context, const ApiRequest& request) {
   const auto open = context.models.Open(scan->id);
   if (!open) return NotThere(open.error());
   ScanMeshOptions options{*step_deg, *step_mm};
-  constexpr std::size_t kMost = 400'000;
-  if (request.http.Query("step_deg") || request.http.Query("step_mm")) options.most_triangles = kMost;
+  const bool as_asked = request.http.Query("step_deg") || request.http.Query("step_mm");
+  if (as_asked || request.http.Query("triangles")) options.most_triangles = static_cast<std::size_t>(*most);
   return HttpResponse{200, kMeshType, {}, ScanMesh(*(*open)->loaded.model, options)};
 }
 

@@ -101,10 +101,16 @@ export async function openProfile(browser, url, look = {}) {
   const close = async () => {
     // A session that gave orders keeps the booth for a minute, as long as nobody logs out. Not by a page: that would
     // begin anew in the midst of it.
-    await logOut(context, url).catch(() => {});
-    await context.close();
+    await within(20, 'log out', logOut(context, url)).catch((error) => console.log(`       ${error.message}`));
+    await within(20, 'close the browser’s profile', context.close()).catch((error) => console.log(`       ${error.message}`));
   };
   return { context, foreign, complaints, open, close };
+}
+
+/** `work`, if it ends within so many seconds. */
+function within(patience_s, what, work) {
+  const late = new Promise((_, fail) => setTimeout(() => fail(new Error(`waited ${patience_s} s: ${what}`)), seconds(patience_s)).unref());
+  return Promise.race([work, late]);
 }
 
 async function logOut(context, url) {

@@ -178,6 +178,12 @@ TEST_F(MeasureRoutes, DrawTheBodyOnlyOnceItIsReleased) {
   const Answer coarse = routes_.Get(mesh + "?step_deg=10&step_mm=20");
   EXPECT_LT(coarse.body.size(), drawn.body.size());
   EXPECT_EQ(routes_.Get(mesh + "?step_mm=0").field, "step_mm");
+  const Answer few = routes_.Get(mesh + "?triangles=5000");
+  std::uint32_t triangles = 0;
+  std::memcpy(&triangles, few.body.data() + 12, 4);
+  EXPECT_LE(triangles, 5'000U);
+  EXPECT_GT(triangles, 2'500U);
+  EXPECT_EQ(routes_.Get(mesh + "?triangles=999").field, "triangles");
 }
 
 TEST_F(MeasureRoutes, GiveTheMeshOfTheBodyAsAFile) {

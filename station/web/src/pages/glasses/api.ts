@@ -150,9 +150,9 @@ export class GlassesApi {
     return get('/api/glasses/catalogue');
   }
 
-  /** The head, ≤ 40,000 triangles. */
+  /** The head, coarse enough that it and a frame (≤ 20,000) are ≤ 40,000 triangles. */
   async head(): Promise<StationMesh> {
-    return readMesh(await (await getBinary(`${this.#scan}/mesh`)).arrayBuffer());
+    return readMesh(await (await getBinary(`${this.#scan}/mesh?triangles=20000`)).arrayBuffer());
   }
 
   /** Frame and lenses where they sit, and what was adjusted so that they can be built. */

@@ -47,15 +47,17 @@ export function prescriptionForm(desk: Desk): Panel {
     fill(inputs, textOf(prescription, new Date().toISOString().slice(0, 10)));
     replace(findings);
   };
+  const root = h('form', { class: 'stack', onsubmit: (event: Event) => event.preventDefault() },
+    table,
+    h('div', { class: 'two' }, labelled('vertex', tGlasses('rx_vertex', vertexRange)), labelled('date', tGlasses('rx_date_label'), { type: 'date' })),
+    labelled('prescriber', tGlasses('rx_prescriber_label')),
+    labelled('confirmed_by', tGlasses('rx_confirmed_by')),
+    findings, h('div', { class: 'row' }, use, none));
+  // Only now are all fields there to be filled.
   const end = desk.bench.watch(show);
   return {
     show,
-    root: h('form', { class: 'stack', onsubmit: (event: Event) => event.preventDefault() },
-      table,
-      h('div', { class: 'two' }, labelled('vertex', tGlasses('rx_vertex', vertexRange)), labelled('date', tGlasses('rx_date_label'), { type: 'date' })),
-      labelled('prescriber', tGlasses('rx_prescriber_label')),
-      labelled('confirmed_by', tGlasses('rx_confirmed_by')),
-      findings, h('div', { class: 'row' }, use, none)),
+    root,
     end,
   };
 }

@@ -6,6 +6,7 @@ import { h, replace } from '../../core/dom';
 import { connected, on, tell } from '../../core/live';
 import { session } from '../../core/session';
 import { button, ownWords } from '../../core/ui';
+import { tShell } from '../../words/shell';
 import { t } from '../../words/technician';
 import { axisPicture } from './axis_picture';
 import { holdButton, HoldToRun } from './hold_to_run';
@@ -118,7 +119,7 @@ function facts(status: BoothStatus | null, there: boolean): HTMLElement {
   if (!there || !status) return h('p', { class: 'note bad' }, t('jog_no_booth'));
   const tick = (status as unknown as { longest_tick_ns?: number }).longest_tick_ns;
   return terms([
-    [t('state'), status.state],
+    [t('state'), `${tShell(`state_${status.state}`)} (${status.state})`],
     [t('state_version'), String(status.version)],
     [t('homed'), status.homed ? t('yes') : t('homed_no')],
     [t('height'), status.homed ? `${status.z_mm.toFixed(2)} mm` : t('not_known')],

@@ -63,6 +63,7 @@ function carriage(y: number, z: number, moving: number): SVGElement {
     svg('rect', { x: rail.x - 7, y: y - 11, width: 14, height: 22, class: 'carriage' }),
     svg('rect', { x: rail.x + 8, y: y - 6, width: 84, height: 12, rx: 6, class: 'carriage' }),
     arrow,
-    svg('text', { x: rail.x + 100, y, class: 'z' }, `${z.toFixed(1)} mm`),
+    // Beside the carriage, but clear of the ends' own words.
+    svg('text', { x: rail.x + 100, y: Math.min(rail.bottom - 22, Math.max(rail.top + 22, y)), class: 'z' }, `${z.toFixed(1)} mm`),
   );
 }

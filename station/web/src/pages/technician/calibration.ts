@@ -5,13 +5,14 @@ import { h, replace } from '../../core/dom';
 import { dialog } from '../../core/overlay';
 import { session } from '../../core/session';
 import { button, choice, failurePanel, field, showAtField, showFailure, table } from '../../core/ui';
+import { ifEnglish } from '../../core/words';
 import { t } from '../../words/technician';
 import { resultCard } from './calibration_result';
 import { type Calibration, type CalibrationRun, type PastCalibration, underWay } from './calibration_run';
 import { CalibrationSteps } from './calibration_steps';
 import { jobPanel } from './job_panel';
 import type { Job } from '../../core/contract';
-import { targetName } from './target_place';
+import { targetsName } from './target_place';
 import { badge, card, Ends, pageOf, quantity, terms, timeText } from './page_parts';
 import './technician.css';
 
@@ -133,11 +134,10 @@ function reportLink(name: string): HTMLElement {
 
 /** The target of the booth's plan, or one described by hand; one board alone if only that was replaced. */
 function beginCard(now: Calibration, begun: (run: CalibrationRun) => void): HTMLElement {
-  const targets = now.targets.map((one) => (typeof one === 'string' ? { spec: one, name: targetName(one) } : one));
+  const targets = now.targets.map((one) => (typeof one === 'string' ? { spec: one, name: '' } : one)).map(({ spec, name }) => ({ spec, name: ifEnglish(name) || targetsName(spec) }));
   const own = 'own';
-  const target = choice(t('target'), 'target', [...targets.map((one) => [one.spec, one.name || one.spec] as const), [own, t('target_own')] as const], targets[0]?.spec ?? own);
+  const target = choice(t('target'), 'target', [...targets.map((one) => [one.spec, one.name] as const), [own, t('target_own')] as const], targets[0]?.spec ?? own);
   const spec = field(t('target_spec'), 'target', { value: 'cylinder:radius_mm=150,u_mm=0.02', hint: t('target_spec_hint') });
-  const verify = choice(t('verify_target'), 'verify', [['', t('verify_none')] as const, ...targets.map((one) => [one.spec, one.name] as const)], '');
   const board = field(t('one_board'), 'board', { hint: t('one_board_hint'), inputmode: 'numeric' });
   const showSpec = () => (spec.root.hidden = target.input.value !== own);
   target.input.addEventListener('change', showSpec);
@@ -145,7 +145,7 @@ function beginCard(now: Calibration, begun: (run: CalibrationRun) => void): HTML
   const begin = async () => {
     const wanted = target.input.value === own ? spec.value : target.input.value;
     try {
-      begun(await post<CalibrationRun>('/api/calibration/begin', { target: wanted, ...(verify.input.value ? { verify: verify.input.value } : {}), ...(board.value ? { board: board.value } : {}) }));
+      begun(await post<CalibrationRun>('/api/calibration/begin', { target: wanted, ...(board.value ? { board: board.value } : {}) }));
     } catch (error) {
       if (!showAtField(error, [spec, board])) showFailure(error);
     }
@@ -154,7 +154,7 @@ function beginCard(now: Calibration, begun: (run: CalibrationRun) => void): HTML
   return card(
     t('new_calibration'),
     h('p', null, t('calibration_explain')),
-    h('div', { class: 'columns' }, h('div', { class: 'stack' }, target.root, spec.root), h('div', { class: 'stack' }, verify.root, board.root)),
+    h('div', { class: 'columns' }, h('div', { class: 'stack' }, target.root, spec.root), board.root),
     local ? null : h('p', { class: 'note warn' }, t('only_local')),
     h('div', { class: 'row' }, button(t('begin'), begin, { kind: 'primary', large: true, disabled: !local })),
   );

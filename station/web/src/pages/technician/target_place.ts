@@ -36,6 +36,12 @@ export function targetName(spec: string): string {
   return serial ? `${name} (${serial})` : name;
 }
 
+/** Of several with " + " between them; "verify:" before one that only verifies. */
+export function targetsName(specs: string): string {
+  const one = (spec: string) => (spec.startsWith('verify:') ? `${t('verifies')}: ${targetName(spec.slice('verify:'.length))}` : targetName(spec));
+  return specs.split(' + ').map(one).join(' + ');
+}
+
 function kindText(kind: string): string {
   if (kind === 'cylinder') return t('kind_cylinder');
   if (kind === 'sphere') return t('kind_sphere');
