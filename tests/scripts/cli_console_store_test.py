@@ -369,11 +369,13 @@ class Erasure(StationTest):
         for folder in folders:
             for path, _, names in os.walk(folder):
                 for name in names:
+                    if not os.path.isfile(os.path.join(path, name)):
+                        continue  # boothd's socket, or a temporary file that has gone meanwhile
                     try:
                         with open(os.path.join(path, name), "rb") as f:
                             content = f.read()
                     except FileNotFoundError:
-                        continue  # a temporary file that has gone meanwhile
+                        continue
                     if text.encode() in content or text.lower().encode() in content.lower():
                         found.append(os.path.join(path, name))
         return found
@@ -440,7 +442,7 @@ class Erasure(StationTest):
         for folder in folders:
             for path, _, names in os.walk(self.path(folder)):
                 for name in names:
-                    if os.path.exists(os.path.join(path, name)):
+                    if os.path.isfile(os.path.join(path, name)):
                         yield name, os.path.join(path, name)
 
 

@@ -26,13 +26,15 @@ class RetentionTest : public testing::Test {
   void GoTo(hours time) { disk_.clock.SleepUntil(time); }
   std::vector<std::string> Customers() {
     std::vector<std::string> ids;
-    for (const Customer& customer : disk_->FindCustomers("", 100).value()) ids.push_back(customer.id);
+    const auto found = disk_->FindCustomers("", 100);
+    for (const Customer& customer : found.value()) ids.push_back(customer.id);
     return ids;
   }
   /// What the program wrote of `action` into the audit: "subject result".
   std::vector<std::string> Audited(const std::string& action) {
     std::vector<std::string> lines;
-    for (const AuditLine& line : disk_->AuditLines(1, 1000).value()) {
+    const auto written = disk_->AuditLines(1, 1000);
+    for (const AuditLine& line : written.value()) {
       if (line.action == action && line.origin == "program") lines.push_back(line.subject + " " + line.result);
     }
     return lines;
