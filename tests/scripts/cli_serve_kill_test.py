@@ -30,7 +30,7 @@ speed_mm_s = 80
 sweeps = 1
 level_rate_hz = 20
 """
-LEVELS = 376  # (1700 − 200) / 4 + 1
+LEVELS = 375  # (1700 − 200) / 4
 
 
 class Writer(threading.Thread):
