@@ -1,7 +1,7 @@
 #include "modeling/flatten/flat_element.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -63,12 +63,6 @@ StrainDerivatives Differentiate(const Polar& p, const Eigen::Vector3d& strain) {
   return d;
 }
 
-Matrix4 WithoutNegativePart(const Matrix4& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Matrix4> solver(matrix);
-  if (solver.eigenvalues()[0] >= 0.0) return matrix;
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
-}
-
 }  // namespace
 
 FlatElement::FlatElement(const LaidTriangle& laid) : area_(laid.Area()) {
@@ -102,9 +96,14 @@ FlatElement::Expansion FlatElement::Expand(const Corners& flat, const Eigen::Mat
   const StrainDerivatives d = Differentiate(polar, strain);
   const Vector4 by_f = area_ * d.first * stress;
   Matrix4 by_f_twice = d.first * stiffness * d.first.transpose();
-  for (int i = 0; i < 3; ++i) by_f_twice += stress[i] * d.second[static_cast<std::size_t>(i)];
+  if (curvature == Curvature::kExact) {
+    for (int i = 0; i < 3; ++i) by_f_twice += stress[i] * d.second[static_cast<std::size_t>(i)];
+  } else {
+    // Of the stress' part the mean tension alone: p tr V = p ρ has the curvature p ρ θ_F θ_Fᵀ.
+    const Vector4 angle = Vector4(-polar.s, -polar.c, polar.c, -polar.s) / polar.rho;
+    by_f_twice += std::max(0.5 * (stress[0] + stress[1]), 0.0) * polar.rho * angle * angle.transpose();
+  }
   by_f_twice *= area_;
-  if (curvature == Curvature::kConvex) by_f_twice = WithoutNegativePart(by_f_twice);
 
   Eigen::Matrix<double, 4, 6> f_by_corners = Eigen::Matrix<double, 4, 6>::Zero();
   for (int k = 0; k < 3; ++k) {

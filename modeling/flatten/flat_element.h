@@ -33,8 +33,8 @@ class FlatElement {
     Vector6 gradient;
     Matrix6 hessian;
   };
-  /// How the curvature of the energy is taken: as it is, or with its negative part left out, so that a step from
-  /// anywhere goes down.
+  /// How the curvature of the energy is taken: as it is, or that part of it which is never negative, so that a step
+  /// from anywhere goes down.
   enum class Curvature { kExact, kConvex };
   [[nodiscard]] Expansion Expand(const Corners& flat, const Eigen::Matrix3d& stiffness, Curvature curvature) const;
 

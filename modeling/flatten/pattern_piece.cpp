@@ -113,6 +113,9 @@ class Cutter {
   Status AddDart(const PatternDart& dart, const Rim& rim, RegionLines& region) const {
     const auto mouth = Mouth(dart, rim);
     if (!mouth) return Refuse("a dart does not begin within a line of its outline", "name a line of the piece and a share in (0, 1)");
+    const bool taken = std::any_of(region.chains.begin(), region.chains.end(),
+                                   [&](const PlaneMesh::Chain& chain) { return chain.front() == *mouth; });
+    if (taken) return Refuse("two darts begin at the same place", "let them begin apart");
     auto tip = PlaceOn(body_, dart.tip);
     if (!tip) return Fail(tip);
     const Vector2d from = rim.places[*mouth];

@@ -151,8 +151,7 @@ void PlaneMesh::Legalise(std::uint32_t t, std::size_t side, int depth) {
   const std::uint32_t u = triangles_[t].across[side];
   Flip(t, side);
   Legalise(t, 1, depth + 1);
-  const std::size_t outer = 0;
-  if (triangles_[t].across[2] == u) Legalise(u, outer, depth + 1);
+  Legalise(u, 0, depth + 1);
 }
 
 void PlaneMesh::BeginAround(const std::vector<Vector2d>& points) {

@@ -61,6 +61,11 @@ std::vector<PatternDart> Mouths(const Pattern& pattern, const std::vector<Sample
   for (const LineUse& use : pattern.pieces.front().outline) {
     const std::vector<double>& shares = lines[use.line].shares;
     for (std::size_t k = 1; k + 1 < shares.size(); ++k) {
+      const auto& darts = pattern.pieces.front().darts;
+      const bool taken = std::any_of(darts.begin(), darts.end(), [&](const PatternDart& dart) {
+        return dart.line == use.line && std::abs(dart.share - shares[k]) < 0.02;
+      });
+      if (taken) continue;
       PatternDart dart{use.line, shares[k], {}};
       dart.tip.turn = tip.x();
       dart.tip.up = tip.y();

@@ -114,7 +114,6 @@ TEST(Flatten, OfAHemisphereHasTheEnergyOfTheLinearTheory) {
     EXPECT_NEAR(shape->energy / (0.122817 * 1e4), 1.0, 0.01);
     EXPECT_NEAR(test::RimStrain(shape->topology.rims.front(), shape->points, sheet.places), 0.3863, 0.004);
     EXPECT_EQ(CountFlips(sheet, shape->points), 0U);
-    std::printf("hemisphere %d steps E %.6f tutte %d start %.4f\n", shape->steps, shape->energy / 1e4, shape->from_tutte, shape->start_energy/1e4);
   }
 }
 
