@@ -128,7 +128,11 @@ Json ProposalsJson(const Pattern& before, const Pattern& after) {
       proposals.push_back({{"piece", piece.id},
                            {"line", after.lines[dart.line].id},
                            {"share", dart.share},
-                           {"tip", {{"theta_deg", DegreesFromRadians(dart.tip.turn)}, {"z_mm", dart.tip.up}}}});
+                           {"theta_deg", DegreesFromRadians(dart.tip.turn)},
+                           {"z_of", dart.tip.z_of},
+                           {"z_towards", dart.tip.z_towards},
+                           {"z_share", dart.tip.z_share.value_or(0.0)},
+                           {"z_mm", dart.tip.up}});
     }
   }
   return proposals;
@@ -145,7 +149,8 @@ Json ReportJson(const FlatPattern& flat) {
                      {"flat_mm", {seam.flat_mm[0], seam.flat_mm[1]}},
                      {"mismatch_mm", std::abs(seam.flat_mm[0] - seam.flat_mm[1])}});
   }
-  return {{"name", flat.name}, {"energy_n_mm", flat.energy}, {"steps", flat.steps}, {"pieces", pieces}, {"seams", seams}};
+  return {
+      {"name", flat.name}, {"energy_n_mm", flat.energy}, {"steps", flat.steps}, {"pieces", pieces}, {"seams", seams}};
 }
 
 Status WriteFlat(const Pattern& pattern, const FlatPattern& flat, const std::string& path, CommandIo& io) {
@@ -222,8 +227,8 @@ Status RunFlatten(const FlattenCommand& options, CommandIo& io) {
   RETURN_IF_ERROR(CheckEndings(options, io));
   const auto pattern = ReadPattern(options, io);
   if (!pattern) return Fail(pattern);
-  const auto first = IsMesh(options.in) ? LayMesh(*pattern, options.in, io)
-                                        : Lay(*pattern, options.in, Darts::kPropose, options, io);
+  const auto first =
+      IsMesh(options.in) ? LayMesh(*pattern, options.in, io) : Lay(*pattern, options.in, Darts::kPropose, options, io);
   if (!first) return Fail(first);
   Json report = ReportJson(first->flat);
   if (!IsMesh(options.in)) report["proposed_darts"] = ProposalsJson(*pattern, first->pattern);
@@ -258,11 +263,13 @@ void AddFlattenCommand(CLI::App& app, CommandWork& chosen) {
   command->add_option("--model2", options->second, "lay the same pattern on this body, too; its files end in _2")
       ->type_name("MODEL2.json");
   command
-      ->add_option("--out", options->out, "the pieces at 1:1: .svg, .pdf (A4 pages), .dxf; .json: triangles and strain; .png: strain")
+      ->add_option("--out", options->out,
+                   "the pieces at 1:1: .svg, .pdf (A4 pages), .dxf; .json: triangles and strain; .png: strain")
       ->type_name("F");
   command->add_option("--save-pattern", options->save, "the pattern with the proposed darts")->type_name("F.json");
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus flatten body.json --pattern bodice.json --out bodice.pdf --out bodice.dxf --json -");
+  command->footer(
+      "Example: annulus flatten body.json --pattern bodice.json --out bodice.pdf --out bodice.dxf --json -");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return RunFlatten(*options, io); }; });
 }
 

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 
 constexpr double kTileWidth = 180.0;
 constexpr double kTileHeight = 260.0;
-constexpr double kLeft = 15.0;   ///< Of a tile on its page, mm.
+constexpr double kLeft = 15.0;  ///< Of a tile on its page, mm.
 constexpr double kUpper = 18.0;
 constexpr double kSquare = 100.0;
 constexpr double kMark = 5.0;
@@ -114,7 +114,12 @@ void DrawFirstPage(SheetCanvas& canvas, const std::string& title, const std::vec
   heading.size_pt = 16.0;
   canvas.Text({kLeft, 25.0}, title, heading);
   canvas.Text({kLeft, 34.0}, "Print at 100 %. The sides of this square must measure 100 mm.", {});
-  canvas.Stroke({{kLeft, 40.0}, {kLeft + kSquare, 40.0}, {kLeft + kSquare, 40.0 + kSquare}, {kLeft, 40.0 + kSquare}, {kLeft, 40.0}}, kCut);
+  canvas.Stroke({{kLeft, 40.0},
+                 {kLeft + kSquare, 40.0},
+                 {kLeft + kSquare, 40.0 + kSquare},
+                 {kLeft, 40.0 + kSquare},
+                 {kLeft, 40.0}},
+                kCut);
   int columns = 1;
   int rows = 1;
   for (const Tile& tile : tiles) {
@@ -124,12 +129,15 @@ void DrawFirstPage(SheetCanvas& canvas, const std::string& title, const std::vec
   const double scale = std::min(180.0 / (columns * kTileWidth), 120.0 / (rows * kTileHeight));
   const Vector2d corner(kLeft, 155.0);
   const double top = tiles.front().low.y() + (tiles.front().row + 1) * kTileHeight;
-  const auto small = [&](const Vector2d& p) { return Vector2d(corner.x() + scale * p.x(), corner.y() + scale * (top - p.y())); };
+  const auto small = [&](const Vector2d& p) {
+    return Vector2d(corner.x() + scale * p.x(), corner.y() + scale * (top - p.y()));
+  };
   for (const Inked& inked : strokes) canvas.Stroke({small(inked.stroke[0]), small(inked.stroke[1])}, kThin);
   for (const Tile& tile : tiles) {
     const Vector2d low = tile.low;
     const Vector2d high = tile.high();
-    canvas.Stroke({small(low), small({high.x(), low.y()}), small(high), small({low.x(), high.y()}), small(low)}, kNotch);
+    canvas.Stroke({small(low), small({high.x(), low.y()}), small(high), small({low.x(), high.y()}), small(low)},
+                  kNotch);
     canvas.Text(small(0.5 * (low + high)), tile.Name(), {});
   }
 }
@@ -175,7 +183,8 @@ double GreaterStrain(const Eigen::Vector3d& strain) {
 void DrawStrain(const FlatPiece& piece, const ValueScale& scale, const Vector2d& move, Figure& figure) {
   for (std::size_t f = 0; f < piece.strains.size(); ++f) {
     std::vector<Vector2d> corners;
-    for (const std::uint32_t v : piece.body.sheet.faces[f]) corners.emplace_back(piece.points[v].x() + move.x(), move.y() - piece.points[v].y());
+    for (const std::uint32_t v : piece.body.sheet.faces[f])
+      corners.emplace_back(piece.points[v].x() + move.x(), move.y() - piece.points[v].y());
     figure.FillPolygon(corners, SheetColourOf(scale.ColourOf(100.0 * GreaterStrain(piece.strains[f]))));
   }
 }

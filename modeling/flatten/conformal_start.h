@@ -26,7 +26,8 @@ using GrainPair = std::array<std::uint32_t, 2>;
                                                     const std::vector<GrainPair>& grain);
 
 /// Turns each part so that its grain pair is upright, its first vertex at the origin.
-void TurnUpright(const SheetTopology& topology, const std::vector<GrainPair>& grain, std::vector<Eigen::Vector2d>& flat);
+void TurnUpright(const SheetTopology& topology, const std::vector<GrainPair>& grain,
+                 std::vector<Eigen::Vector2d>& flat);
 
 /// How many triangles are turned over or without area.
 [[nodiscard]] std::size_t CountFlips(const CurvedSheet& sheet, const std::vector<Eigen::Vector2d>& flat);

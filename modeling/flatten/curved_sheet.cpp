@@ -123,7 +123,8 @@ LaidTriangle LayTriangle(const std::array<double, 3>& lengths) {
   // Kahan's form of Heron's formula keeps thin triangles exact.
   std::array<double, 3> s{a, b, c};
   std::sort(s.begin(), s.end(), std::greater<>());
-  const double product = (s[0] + (s[1] + s[2])) * (s[2] - (s[0] - s[1])) * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]));
+  const double product =
+      (s[0] + (s[1] + s[2])) * (s[2] - (s[0] - s[1])) * (s[2] + (s[0] - s[1])) * (s[0] + (s[1] - s[2]));
   laid.apex.y() = product > 0.0 ? 0.5 * std::sqrt(product) / c : 0.0;
   return laid;
 }
@@ -139,7 +140,8 @@ Result<SheetTopology> CheckSheet(const CurvedSheet& sheet) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = face[k];
       const std::uint32_t to = face[(k + 1) % 3];
-      if (from < to || !sides->contains(KeyOf(to, from))) topology.edges.push_back({std::min(from, to), std::max(from, to)});
+      if (from < to || !sides->contains(KeyOf(to, from)))
+        topology.edges.push_back({std::min(from, to), std::max(from, to)});
     }
   }
   NameParts(sheet, topology);

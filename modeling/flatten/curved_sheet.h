@@ -33,9 +33,9 @@ struct LaidTriangle {
 
 /// How the faces of a sheet hang together.
 struct SheetTopology {
-  std::vector<std::vector<std::uint32_t>> rims;       ///< Closed chains of vertices, the sheet at their left.
-  std::vector<std::uint32_t> part_of_vertex;          ///< Which connected part a vertex belongs to.
-  std::vector<std::array<std::uint32_t, 2>> edges;    ///< Each side of a triangle once, smaller vertex first.
+  std::vector<std::vector<std::uint32_t>> rims;     ///< Closed chains of vertices, the sheet at their left.
+  std::vector<std::uint32_t> part_of_vertex;        ///< Which connected part a vertex belongs to.
+  std::vector<std::array<std::uint32_t, 2>> edges;  ///< Each side of a triangle once, smaller vertex first.
   std::size_t parts = 0;
 };
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-
 #include <cmath>
 
 namespace annulus {
@@ -14,8 +13,9 @@ Eigen::Matrix3d Stiffness(const FlatMaterial& material) {
   compliance(0, 0) = 1.0 / material.e_weft;
   compliance(1, 1) = 1.0 / material.e_warp;
   compliance(0, 1) = compliance(1, 0) = -material.poisson / material.e_warp;
-  const double shear = material.shear > 0.0 ? material.shear
-                                            : std::sqrt(material.e_warp * material.e_weft) / (2.0 + 2.0 * material.poisson);
+  const double shear = material.shear > 0.0
+                           ? material.shear
+                           : std::sqrt(material.e_warp * material.e_weft) / (2.0 + 2.0 * material.poisson);
   compliance(2, 2) = 1.0 / shear;
   return material.thickness_mm * compliance.inverse();
 }

@@ -25,7 +25,8 @@ Joined Join(const std::vector<BodyPiece>& pieces, const Pattern& pattern) {
   for (const BodyPiece& piece : pieces) {
     const auto first = static_cast<std::uint32_t>(joined.sheet.places.size());
     joined.first.push_back(first);
-    for (const auto& face : piece.sheet.faces) joined.sheet.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+    for (const auto& face : piece.sheet.faces)
+      joined.sheet.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
     joined.sheet.lengths.insert(joined.sheet.lengths.end(), piece.sheet.lengths.begin(), piece.sheet.lengths.end());
     joined.sheet.places.insert(joined.sheet.places.end(), piece.sheet.places.begin(), piece.sheet.places.end());
     joined.options.grain.push_back({piece.grain[0] + first, piece.grain[1] + first});
@@ -63,20 +64,23 @@ Result<std::vector<SeamPair>> FindSeams(const std::vector<BodyPiece>& pieces, co
     for (std::size_t d = 0; d < pieces[p].darts.size(); ++d) {
       const auto& legs = pieces[p].darts[d].legs;
       double length = 0.0;
-      for (const auto& [from, to] : legs[1]) length += (pieces[p].sheet.places[to] - pieces[p].sheet.places[from]).norm();
+      for (const auto& [from, to] : legs[1])
+        length += (pieces[p].sheet.places[to] - pieces[p].sheet.places[from]).norm();
       seams.push_back({fmt::format("{} dart {}", pattern.pieces[p].id, d + 1), length, {p, &legs[0]}, {p, &legs[1]}});
     }
   }
   return seams;
 }
 
-void Measure(const FlatPattern& flat, const SeamPair& pair, FlatSeam& seam) {
+FlatSeam Measured(const FlatPattern& flat, const SeamPair& pair) {
+  FlatSeam seam{pair.name, {}, pair.body_mm, {}};
   const std::array<SeamSide, 2> sides{pair.one, pair.other};
   for (std::size_t k = 0; k < 2; ++k) {
     seam.piece[k] = sides[k].piece;
     const auto& points = flat.pieces[sides[k].piece].points;
     for (const auto& [from, to] : *sides[k].sides) seam.flat_mm[k] += (points[to] - points[from]).norm();
   }
+  return seam;
 }
 
 /// The amount that is exceeded on 2 % of the area.
@@ -92,7 +96,8 @@ double Exceeded(std::vector<std::array<double, 2>> strain_and_area) {
   return 0.0;
 }
 
-void Judge(const Pattern& pattern, FlatPiece& piece) {
+/// The piece with its numbers.
+FlatPiece Judged(const Pattern& pattern, FlatPiece piece) {
   const Eigen::Matrix3d stiffness = Stiffness(pattern.material);
   std::vector<std::array<double, 2>> strains;
   for (std::size_t f = 0; f < piece.strains.size(); ++f) {
@@ -107,6 +112,7 @@ void Judge(const Pattern& pattern, FlatPiece& piece) {
   std::vector<Eigen::Vector2d> outline;
   for (const std::uint32_t v : piece.rim) outline.push_back(piece.points[v]);
   piece.flat_area_mm2 = 0.5 * TurnedArea(outline);
+  return piece;
 }
 
 /// Takes the pieces apart again.
@@ -120,7 +126,8 @@ std::vector<FlatPiece> Part(const Pattern& pattern, std::vector<BodyPiece>& bodi
     piece.label = pattern.pieces[p].label;
     const std::uint32_t first = joined.first[p];
     const std::size_t vertices = bodies[p].sheet.places.size();
-    piece.points.assign(shape.points.begin() + first, shape.points.begin() + first + static_cast<std::ptrdiff_t>(vertices));
+    piece.points.assign(shape.points.begin() + first,
+                        shape.points.begin() + first + static_cast<std::ptrdiff_t>(vertices));
     const std::size_t faces = bodies[p].sheet.faces.size();
     for (std::size_t k = 0; k < faces; ++k) piece.strains.push_back(shape.strains[face++]);
     for (const auto& rim : shape.topology.rims) {
@@ -128,8 +135,7 @@ std::vector<FlatPiece> Part(const Pattern& pattern, std::vector<BodyPiece>& bodi
       for (const std::uint32_t v : rim) piece.rim.push_back(v - first);
     }
     piece.body = std::move(bodies[p]);
-    Judge(pattern, piece);
-    pieces.push_back(std::move(piece));
+    pieces.push_back(Judged(pattern, std::move(piece)));
   }
   return pieces;
 }
@@ -185,8 +191,10 @@ Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& bo
   const auto shape = Flatten(joined.sheet, joined.options);
   if (!shape) return Fail(shape);
   if (!shape->converged) {
-    return Fail("lay the pattern flat", fmt::format("no balance of forces after {} steps (seams differ by {:g} mm)", shape->steps, shape->seam_gap_mm),
-                "cut strongly curved pieces by seams, or take smaller elements");
+    return Fail(
+        "lay the pattern flat",
+        fmt::format("no balance of forces after {} steps (seams differ by {:g} mm)", shape->steps, shape->seam_gap_mm),
+        "cut strongly curved pieces by seams, or take smaller elements");
   }
   std::vector<SeamPair> pairs = *seams;
   // The chains move with their pieces: keep them by value first.
@@ -196,9 +204,7 @@ Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& bo
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     pairs[k].one.sides = &chains[k][0];
     pairs[k].other.sides = &chains[k][1];
-    FlatSeam seam{pairs[k].name, {}, pairs[k].body_mm, {}};
-    Measure(flat, pairs[k], seam);
-    flat.seams.push_back(seam);
+    flat.seams.push_back(Measured(flat, pairs[k]));
   }
   RETURN_IF_ERROR(CheckOverlaps(flat));
   return flat;

@@ -18,15 +18,15 @@ namespace annulus {
 struct FlatPiece {
   std::string id;
   std::string label;
-  BodyPiece body;                                   ///< On the body, with the same vertices.
-  std::vector<Eigen::Vector2d> points;              ///< Per vertex, mm; the grain line runs along +y.
-  std::vector<Eigen::Vector3d> strains;             ///< Per face: weft, warp, shear angle.
-  std::vector<std::uint32_t> rim;                   ///< Counter-clockwise, the right side of the cloth up.
-  double energy = 0.0;                              ///< N·mm
+  BodyPiece body;                        ///< On the body, with the same vertices.
+  std::vector<Eigen::Vector2d> points;   ///< Per vertex, mm; the grain line runs along +y.
+  std::vector<Eigen::Vector3d> strains;  ///< Per face: weft, warp, shear angle.
+  std::vector<std::uint32_t> rim;        ///< Counter-clockwise, the right side of the cloth up.
+  double energy = 0.0;                   ///< N·mm
   double body_area_mm2 = 0.0;
   double flat_area_mm2 = 0.0;
-  double largest_strain = 0.0;                      ///< Of the principal strains, by amount.
-  double strain_98 = 0.0;                           ///< Exceeded on 2 % of the area.
+  double largest_strain = 0.0;  ///< Of the principal strains, by amount.
+  double strain_98 = 0.0;       ///< Exceeded on 2 % of the area.
 };
 
 /// How long the two sides of a seam are.

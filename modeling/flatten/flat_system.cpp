@@ -76,9 +76,11 @@ void FlatSystem::AddSeam(std::size_t seam, const Points& flat, Curvature curvatu
   const double force = multiplier_[seam] + seam_rate_ * c;
   Eigen::Matrix<double, 8, 1> by_points;
   Eigen::Matrix<double, 8, 8> second = Eigen::Matrix<double, 8, 8>::Zero();
-  std::array<std::uint32_t, 4> vertex{sewn_[seam].one[0], sewn_[seam].one[1], sewn_[seam].other[0], sewn_[seam].other[1]};
+  std::array<std::uint32_t, 4> vertex{sewn_[seam].one[0], sewn_[seam].one[1], sewn_[seam].other[0],
+                                      sewn_[seam].other[1]};
   for (int side = 0; side < 2; ++side) {
-    const Eigen::Vector2d along = flat[vertex[static_cast<std::size_t>(2 * side + 1)]] - flat[vertex[static_cast<std::size_t>(2 * side)]];
+    const Eigen::Vector2d along =
+        flat[vertex[static_cast<std::size_t>(2 * side + 1)]] - flat[vertex[static_cast<std::size_t>(2 * side)]];
     const double length = along.norm();
     const Eigen::Vector2d unit = along / length;
     const double sign = side == 0 ? 1.0 : -1.0;

@@ -62,7 +62,8 @@ std::vector<GrainPair> CompleteGrain(const CurvedSheet& sheet, const SheetTopolo
 
 /// A few steps towards the map whose triangles are nearest to turned ones: turn each triangle (local), then solve
 /// Poisson's equation for the points (global). Takes the large differences of area out of a conformal map.
-Points LocalGlobal(const CurvedSheet& sheet, const FlatSystem& system, const std::vector<GrainPair>& grain, Points flat) {
+Points LocalGlobal(const CurvedSheet& sheet, const FlatSystem& system, const std::vector<GrainPair>& grain,
+                   Points flat) {
   std::vector<bool> held(flat.size(), false);
   for (const GrainPair& pair : grain) held[pair[0]] = true;
   std::vector<Eigen::Triplet<double>> entries;
@@ -98,7 +99,8 @@ Points LocalGlobal(const CurvedSheet& sheet, const FlatSystem& system, const std
       turn << a / length, -b / length, b / length, a / length;
       const Eigen::Matrix<double, 2, 3> pull = element.area() * turn * element.slopes();
       for (std::size_t k = 0; k < 3; ++k) {
-        if (!held[sheet.faces[f][k]]) right.row(sheet.faces[f][k]) += pull.col(static_cast<Eigen::Index>(k)).transpose();
+        if (!held[sheet.faces[f][k]])
+          right.row(sheet.faces[f][k]) += pull.col(static_cast<Eigen::Index>(k)).transpose();
       }
     }
     const Eigen::MatrixX2d solved = factor.solve(right);

@@ -23,8 +23,8 @@ struct FlattenOptions {
   std::vector<SewnEdge> sewn{};
   /// Grain lines of parts: upright in the plane, warp along them. A part without one lies as its longest way runs.
   std::vector<GrainPair> grain{};
-  int most_steps = 200;            ///< Newton steps in all, >= 1.
-  double seam_tolerance_mm = 1e-5; ///< Largest difference of two sewn sides, > 0.
+  int most_steps = 200;             ///< Newton steps in all, >= 1.
+  double seam_tolerance_mm = 1e-5;  ///< Largest difference of two sewn sides, > 0.
 };
 
 /// A sheet laid flat.
@@ -32,12 +32,12 @@ struct FlatShape {
   std::vector<Eigen::Vector2d> points;   ///< Per vertex, mm; each part about its own origin, warp along +y.
   std::vector<Eigen::Vector3d> strains;  ///< Per face: weft, warp, shear angle (flat_element.h).
   SheetTopology topology;
-  double start_energy = 0.0;   ///< Of the conformal (or Tutte's) map, N·mm.
-  double energy = 0.0;         ///< N·mm
-  int steps = 0;               ///< Newton steps.
-  bool converged = false;      ///< The last full step was below 1e-9 of the sheet's size, seams within tolerance.
-  bool from_tutte = false;     ///< The conformal map had turned triangles over.
-  double seam_gap_mm = 0.0;    ///< Largest difference of two sewn sides.
+  double start_energy = 0.0;      ///< Of the conformal (or Tutte's) map, N·mm.
+  double energy = 0.0;            ///< N·mm
+  int steps = 0;                  ///< Newton steps.
+  bool converged = false;         ///< The last full step was below 1e-9 of the sheet's size, seams within tolerance.
+  bool from_tutte = false;        ///< The conformal map had turned triangles over.
+  double seam_gap_mm = 0.0;       ///< Largest difference of two sewn sides.
   std::size_t rim_crossings = 0;  ///< Places where a part's rim crosses itself: the piece would overlap.
 };
 

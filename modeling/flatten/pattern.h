@@ -22,12 +22,12 @@ struct PatternBody {
 
 /// A place on any body.
 struct PatternPlace {
-  std::string theta_of;     ///< Landmark whose theta is meant; "": the station's theta 0.
-  double turn = 0.0;        ///< rad, added to that.
-  std::string z_of;         ///< Landmark or level whose height is meant; "": see z_share.
-  std::string z_towards;    ///< Another one; z_share of the way from z_of to it. "": none.
+  std::string theta_of;             ///< Landmark whose theta is meant; "": the station's theta 0.
+  double turn = 0.0;                ///< rad, added to that.
+  std::string z_of;                 ///< Landmark or level whose height is meant; "": see z_share.
+  std::string z_towards;            ///< Another one; z_share of the way from z_of to it. "": none.
   std::optional<double> z_share{};  ///< 0 … 1; without z_of, of the height of the scanned surface from below.
-  double up = 0.0;          ///< mm, added to that.
+  double up = 0.0;                  ///< mm, added to that.
 };
 
 /// (theta in rad, z in mm). Fails, naming it, on a landmark that the body has not.
@@ -59,15 +59,15 @@ struct PatternDart {
 struct PatternPiece {
   std::string id;
   std::string label;
-  std::vector<LineUse> outline;  ///< End to end, closed.
+  std::vector<LineUse> outline;                        ///< End to end, closed.
   std::optional<std::array<PatternPlace, 2>> grain{};  ///< From below upwards; unless given, the middle of its height.
   std::vector<PatternDart> darts{};
 };
 
 /// When darts are proposed.
 struct DartRule {
-  double strain = 0.02;   ///< Over this on more than 2 % of a piece's area, > 0.
-  std::size_t most = 0;   ///< Darts per piece at most; 0: none are proposed.
+  double strain = 0.02;  ///< Over this on more than 2 % of a piece's area, > 0.
+  std::size_t most = 0;  ///< Darts per piece at most; 0: none are proposed.
 };
 
 /// A garment as lines and pieces on a body (docs/formats.md, "Pattern"). A line that two pieces use, or one piece

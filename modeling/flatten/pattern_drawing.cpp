@@ -13,10 +13,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kGap = 20.0;           ///< Between pieces, mm.
-constexpr double kLeastNotch = 5.0;     ///< mm
-constexpr double kArrow = 6.0;          ///< mm
-constexpr double kRowWidth = 1200.0;    ///< A row of pieces ends behind this, mm.
+constexpr double kGap = 20.0;         ///< Between pieces, mm.
+constexpr double kLeastNotch = 5.0;   ///< mm
+constexpr double kArrow = 6.0;        ///< mm
+constexpr double kRowWidth = 1200.0;  ///< A row of pieces ends behind this, mm.
 
 class Drawer {
  public:

@@ -35,14 +35,16 @@ class Reader {
   explicit Reader(const JsonReader& reader) : reader_(reader) {}
 
   Pattern Read(const Json& root) {
-    Keys(reader_, root, {"format", "version", "name", "material", "element_mm", "allowance_mm", "darts", "lines", "pieces"});
+    Keys(reader_, root,
+         {"format", "version", "name", "material", "element_mm", "allowance_mm", "darts", "lines", "pieces"});
     Pattern pattern;
     pattern.name = Taken(reader_.Text(root, "name"));
     if (root.contains("material")) pattern.material = Material(*Taken(reader_.Object(root, "material")));
     pattern.element_mm = Ranged(reader_, root, "element_mm", pattern.element_mm, {0.1, 1000.0});
     pattern.allowance_mm = Ranged(reader_, root, "allowance_mm", pattern.allowance_mm, {0.0, 200.0});
     if (root.contains("darts")) pattern.darts = Rule(*Taken(reader_.Object(root, "darts")));
-    for (const auto& [id, line] : Taken(reader_.Object(root, "lines"))->items()) pattern.lines.push_back(Line(id, line));
+    for (const auto& [id, line] : Taken(reader_.Object(root, "lines"))->items())
+      pattern.lines.push_back(Line(id, line));
     const Json& pieces = List(reader_, root, "pieces");
     if (pattern.lines.size() > kMost || pieces.empty()) Refuse("it has no pieces, or too many lines");
     for (std::size_t k = 0; k < pieces.size(); ++k) pattern.pieces.push_back(Piece(pattern, pieces, k));
@@ -70,7 +72,9 @@ class Reader {
     if (!json.contains(key)) return otherwise;
     const double number = Taken(at.Number(json, key));
     if (number >= range.low && number <= range.high) return number;
-    throw BadPattern{at.Refuse(fmt::format("{} is {:g}, not from {:g} to {:g}", at.Named(key), number, range.low, range.high)).value()};
+    throw BadPattern{
+        at.Refuse(fmt::format("{} is {:g}, not from {:g} to {:g}", at.Named(key), number, range.low, range.high))
+            .value()};
   }
   static std::string TextOr(const JsonReader& at, const Json& json, const char* key) {
     return json.contains(key) ? Taken(at.Text(json, key)) : std::string();
@@ -125,7 +129,8 @@ class Reader {
     PatternLine line;
     line.id = id;
     const Json& places = List(at, json, "places");
-    for (std::size_t k = 0; k < places.size(); ++k) line.places.push_back(Place(at.Within(fmt::format("places[{}]", k)), places[k]));
+    for (std::size_t k = 0; k < places.size(); ++k)
+      line.places.push_back(Place(at.Within(fmt::format("places[{}]", k)), places[k]));
     if (line.places.size() < 2) throw BadPattern{at.Refuse(at.Named("places") + " has fewer than two").value()};
     const std::string course = TextOr(at, json, "course");
     if (course != "" && course != "straight" && course != "smooth") {
@@ -136,7 +141,8 @@ class Reader {
     if (json.contains("notches")) {
       for (const Json& notch : List(at, json, "notches")) {
         const double share = notch.is_number() ? notch.get<double>() : 0.0;
-        if (!(share > 0.0 && share < 1.0)) throw BadPattern{at.Refuse(at.Named("notches") + " has one that is not between 0 and 1").value()};
+        if (!(share > 0.0 && share < 1.0))
+          throw BadPattern{at.Refuse(at.Named("notches") + " has one that is not between 0 and 1").value()};
         line.notches.push_back(share);
       }
     }
@@ -173,7 +179,8 @@ class Reader {
     }
     if (json.contains("darts")) {
       const Json& darts = List(at, json, "darts");
-      for (std::size_t k = 0; k < darts.size(); ++k) piece.darts.push_back(Dart(pattern, at.Within(fmt::format("darts[{}]", k)), darts[k]));
+      for (std::size_t k = 0; k < darts.size(); ++k)
+        piece.darts.push_back(Dart(pattern, at.Within(fmt::format("darts[{}]", k)), darts[k]));
     }
     return piece;
   }
@@ -297,7 +304,8 @@ std::string FlatPatternToJson(const FlatPattern& flat) {
                       {"rim", piece.rim},
                       {"grain", piece.body.grain}});
   }
-  const Json root{{"format", "annulus flat pattern"}, {"version", 1}, {"name", flat.name}, {"pieces", std::move(pieces)}};
+  const Json root{
+      {"format", "annulus flat pattern"}, {"version", 1}, {"name", flat.name}, {"pieces", std::move(pieces)}};
   return root.dump() + "\n";
 }
 

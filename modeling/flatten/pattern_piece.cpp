@@ -80,7 +80,8 @@ class Cutter {
     if (rim.places.size() < 4) return Refuse("its outline has fewer than three sides", "give it more lines");
     const Vector2d gap = rim.places.back() - rim.places.front();
     if (std::abs(std::abs(gap.x()) - kTurn) < kMeet && std::abs(gap.y()) < kMeet) {
-      return Refuse("its outline goes around the body and does not close", "cut it open along a line that it uses twice");
+      return Refuse("its outline goes around the body and does not close",
+                    "cut it open along a line that it uses twice");
     }
     if (!(gap.cwiseAbs().maxCoeff() < kMeet)) return NotMeeting(piece_.outline.front());
     rim.places.pop_back();
@@ -112,7 +113,9 @@ class Cutter {
 
   Status AddDart(const PatternDart& dart, const Rim& rim, RegionLines& region) const {
     const auto mouth = Mouth(dart, rim);
-    if (!mouth) return Refuse("a dart does not begin within a line of its outline", "name a line of the piece and a share in (0, 1)");
+    if (!mouth)
+      return Refuse("a dart does not begin within a line of its outline",
+                    "name a line of the piece and a share in (0, 1)");
     const bool taken = std::any_of(region.chains.begin(), region.chains.end(),
                                    [&](const PlaneMesh::Chain& chain) { return chain.front() == *mouth; });
     if (taken) return Refuse("two darts begin at the same place", "let them begin apart");
@@ -161,10 +164,11 @@ class Cutter {
 
   std::uint32_t Corner(const Vector2d& place, RegionLines& region) const {
     const double radius = std::max(body_.segment.surface.Radius(place.x(), place.y()), 1.0);
-    const auto distance = [&](const Vector2d& p) { return std::hypot(radius * (p.x() - place.x()), p.y() - place.y()); };
-    const auto nearest = std::min_element(region.points.begin(), region.points.end(), [&](const auto& a, const auto& b) {
-      return distance(a) < distance(b);
-    });
+    const auto distance = [&](const Vector2d& p) {
+      return std::hypot(radius * (p.x() - place.x()), p.y() - place.y());
+    };
+    const auto nearest = std::min_element(region.points.begin(), region.points.end(),
+                                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
     if (distance(*nearest) >= 0.3 * pattern_.element_mm && IsInside(place, region)) {
       region.points.push_back(place);
       return static_cast<std::uint32_t>(region.points.size() - 1);

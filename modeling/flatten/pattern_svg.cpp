@@ -60,7 +60,9 @@ std::string PatternSvg(const std::vector<DrawnPiece>& pieces, const std::string&
     }
   }
   const double foot = -2.0 * kMargin;
-  svg.Chain({{{0.0, foot}, {kSquare, foot}, {kSquare, foot - kSquare}, {0.0, foot - kSquare}}, DrawnChain::End::kClosed}, "check");
+  svg.Chain(
+      {{{0.0, foot}, {kSquare, foot}, {kSquare, foot - kSquare}, {0.0, foot - kSquare}}, DrawnChain::End::kClosed},
+      "check");
   svg.Text({5.0, foot - 12.0}, "100 mm");
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.3f}mm\" height=\"{1:.3f}mm\" "

@@ -24,8 +24,7 @@ bool InCircle(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vec
   const Vector2d u = a - d;
   const Vector2d v = b - d;
   const Vector2d w = c - d;
-  const double value =
-      u.squaredNorm() * Cross(v, w) + v.squaredNorm() * Cross(w, u) + w.squaredNorm() * Cross(u, v);
+  const double value = u.squaredNorm() * Cross(v, w) + v.squaredNorm() * Cross(w, u) + w.squaredNorm() * Cross(u, v);
   const double scale = u.squaredNorm() * v.squaredNorm() + w.squaredNorm() * w.squaredNorm();
   return value > 1e-13 * scale;
 }

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "modeling/flatten/flat_pattern.h"
 
@@ -39,9 +41,8 @@ std::optional<Vector2d> Tip(const FlatPiece& piece) {
   double best = 0.0;
   std::optional<Vector2d> tip;
   for (std::size_t v = 0; v < places.size(); ++v) {
-    const bool near = std::any_of(avoid.begin(), avoid.end(), [&](const Eigen::Vector3d& p) {
-      return (p - places[v]).norm() < kKeepAway * scale;
-    });
+    const bool near = std::any_of(avoid.begin(), avoid.end(),
+                                  [&](const Eigen::Vector3d& p) { return (p - places[v]).norm() < kKeepAway * scale; });
     if (near) continue;
     double gathered = 0.0;
     for (std::size_t w = 0; w < places.size(); ++w) {
@@ -55,8 +56,34 @@ std::optional<Vector2d> Tip(const FlatPiece& piece) {
   return tip;
 }
 
+/// The tip as a place that other bodies have, too: its height as a part of the way between the lowest and the highest
+/// level that the pattern names; in mm if it names fewer than two.
+PatternPlace PlaceOfTip(const Pattern& pattern, const PatternBody& body, const Vector2d& tip) {
+  PatternPlace place;
+  place.turn = tip.x();
+  place.up = tip.y();
+  std::vector<std::pair<double, std::string>> levels;
+  for (const PatternLine& line : pattern.lines) {
+    for (const PatternPlace& one : line.places) {
+      for (const std::string& id : {one.z_of, one.z_towards}) {
+        const auto found = body.landmarks.find(id);
+        if (found != body.landmarks.end()) levels.emplace_back(found->second.y(), id);
+      }
+    }
+  }
+  if (levels.empty()) return place;
+  const auto [low, high] = std::minmax_element(levels.begin(), levels.end());
+  if (high->first - low->first < 1.0) return place;
+  place.up = 0.0;
+  place.z_of = low->second;
+  place.z_towards = high->second;
+  place.z_share = (tip.y() - low->first) / (high->first - low->first);
+  return place;
+}
+
 /// Places of the outline at which a dart may begin, about evenly spread.
-std::vector<PatternDart> Mouths(const Pattern& pattern, const std::vector<SampledLine>& lines, const Vector2d& tip) {
+std::vector<PatternDart> Mouths(const Pattern& pattern, const std::vector<SampledLine>& lines,
+                                const PatternPlace& tip) {
   std::vector<PatternDart> all;
   for (const LineUse& use : pattern.pieces.front().outline) {
     const std::vector<double>& shares = lines[use.line].shares;
@@ -66,10 +93,7 @@ std::vector<PatternDart> Mouths(const Pattern& pattern, const std::vector<Sample
         return dart.line == use.line && std::abs(dart.share - shares[k]) < 0.02;
       });
       if (taken) continue;
-      PatternDart dart{use.line, shares[k], {}};
-      dart.tip.turn = tip.x();
-      dart.tip.up = tip.y();
-      all.push_back(dart);
+      all.push_back({use.line, shares[k], tip});
     }
   }
   if (all.size() <= kMouths) return all;
@@ -86,7 +110,7 @@ std::optional<PatternDart> Best(const Pattern& alone, const PatternBody& body, c
   if (!tip || !lines) return {};
   double least = flat.energy;
   std::optional<PatternDart> best;
-  for (const PatternDart& dart : Mouths(alone, *lines, *tip)) {
+  for (const PatternDart& dart : Mouths(alone, *lines, PlaceOfTip(alone, body, *tip))) {
     if (task.stop.stop_requested()) return {};
     Pattern trial = alone;
     trial.pieces.front().darts.push_back(dart);

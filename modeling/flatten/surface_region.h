@@ -17,7 +17,7 @@ using RegionLines = PlaneMesh::Lines;
 
 /// A region of a segment in triangles. The given points are its first vertices, in their order.
 struct RegionSheet {
-  CurvedSheet sheet;                      ///< Sides as long as geodesics (GeodesicSide).
+  CurvedSheet sheet;                     ///< Sides as long as geodesics (GeodesicSide).
   std::vector<Eigen::Vector2d> theta_z;  ///< Per vertex, rad and mm.
 };
 

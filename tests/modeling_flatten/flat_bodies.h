@@ -34,7 +34,8 @@ inline SurfaceSegment BodyOf(double z_low, double z_high, const std::function<do
 inline SurfaceSegment Trunk(double size, double bust) {
   return BodyOf(900.0, 1400.0, [=](double theta, double z) {
     const auto bump = [](double x, double width) { return std::exp(-x * x / (width * width)); };
-    double r = size * (1.0 - 0.12 * std::cos(2.0 * (theta - std::numbers::pi / 2.0))) * (1.0 - 0.18 * bump(z - 1000.0, 120.0));
+    double r =
+        size * (1.0 - 0.12 * std::cos(2.0 * (theta - std::numbers::pi / 2.0))) * (1.0 - 0.18 * bump(z - 1000.0, 120.0));
     for (const double side : {-0.45, 0.45}) {
       const double turn = std::remainder(theta - std::numbers::pi / 2.0 - side, 2.0 * std::numbers::pi);
       r += bust * bump(turn, 0.35) * bump(z - 1200.0, 60.0);

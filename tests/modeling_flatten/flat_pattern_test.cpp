@@ -146,8 +146,9 @@ TEST(OffsetOutline, OfASquareIsALargerSquare) {
 
 TEST(OffsetOutline, CutsOffTheLoopsOfANarrowHollow) {
   // A notch 10 mm wide and 40 mm deep closes when both walls move by 10 mm.
-  const auto moved = OffsetOutline({{0.0, 0.0}, {100.0, 0.0}, {100.0, 60.0}, {55.0, 60.0}, {55.0, 20.0}, {45.0, 20.0}, {45.0, 60.0}, {0.0, 60.0}},
-                                   std::vector<double>(8, 10.0));
+  const auto moved = OffsetOutline(
+      {{0.0, 0.0}, {100.0, 0.0}, {100.0, 60.0}, {55.0, 60.0}, {55.0, 20.0}, {45.0, 20.0}, {45.0, 60.0}, {0.0, 60.0}},
+      std::vector<double>(8, 10.0));
   EXPECT_NEAR(0.5 * TurnedArea(moved), 120.0 * 80.0, 1e-6);
 }
 

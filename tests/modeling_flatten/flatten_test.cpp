@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -18,7 +17,8 @@ constexpr double kPi = std::numbers::pi;
 
 double LargestStrain(const FlatShape& shape) {
   double largest = 0.0;
-  for (const Eigen::Vector3d& strain : shape.strains) largest = std::max(largest, PrincipalStrains(strain).cwiseAbs().maxCoeff());
+  for (const Eigen::Vector3d& strain : shape.strains)
+    largest = std::max(largest, PrincipalStrains(strain).cwiseAbs().maxCoeff());
   return largest;
 }
 
