@@ -191,7 +191,7 @@ class Cutter {
     for (std::size_t d = 0; d < piece_.darts.size(); ++d) {
       const PlaneMesh::Chain& chain = region.chains[d];
       const auto first = static_cast<std::uint32_t>(made.sheet.places.size());
-      made.sheet = CutAlong(std::move(made.sheet), chain, CutEnd::kTip);
+      made.sheet = CutAlong(std::move(made.sheet), chain, SheetCutEnd::kTip);
       PieceDart dart{piece_.darts[d].line, piece_.darts[d].share, region.points[chain.back()], {}};
       for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
         made.theta_z.push_back(region.points[chain[k]]);

@@ -38,9 +38,9 @@ std::vector<std::size_t> FacesAtLeft(const CurvedSheet& sheet, const std::vector
 
 }  // namespace
 
-CurvedSheet CutAlong(CurvedSheet sheet, const std::vector<std::uint32_t>& chain, CutEnd end) {
+CurvedSheet CutAlong(CurvedSheet sheet, const std::vector<std::uint32_t>& chain, SheetCutEnd end) {
   ENSURE(chain.size() >= 2, "a cut has two ends");
-  const std::size_t doubled = end == CutEnd::kTip ? chain.size() - 1 : chain.size();
+  const std::size_t doubled = end == SheetCutEnd::kTip ? chain.size() - 1 : chain.size();
   std::vector<std::vector<std::size_t>> around(chain.size());
   for (std::size_t f = 0; f < sheet.faces.size(); ++f) {
     for (std::size_t k = 0; k < chain.size(); ++k) {

@@ -11,7 +11,7 @@ namespace annulus {
 /// another vertex of the rim (two parts). The triangles at its left get new vertices, one per vertex of the chain in
 /// its order, without the tip of a dart; they come last. The rim then runs along the new vertices inwards and along the
 /// old ones back. Requires a chain of sides.
-enum class CutEnd { kTip, kRim };
-[[nodiscard]] CurvedSheet CutAlong(CurvedSheet sheet, const std::vector<std::uint32_t>& chain, CutEnd end);
+enum class SheetCutEnd { kTip, kRim };
+[[nodiscard]] CurvedSheet CutAlong(CurvedSheet sheet, const std::vector<std::uint32_t>& chain, SheetCutEnd end);
 
 }  // namespace annulus
