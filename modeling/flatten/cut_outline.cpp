@@ -64,7 +64,8 @@ std::optional<Crossing> FindCrossing(const Outline& outline) {
       if (turn == 0.0) continue;
       const double t = Cross(c - a, s) / turn;
       const double w = Cross(c - a, r) / turn;
-      if (t > 0.0 && t < 1.0 && w > 0.0 && w < 1.0) return Crossing{i, j, a + t * r};
+      // A side owns its beginning only: a crossing at a corner is found once, a corner shared by neighbours never.
+      if (t >= 0.0 && t < 1.0 && w >= 0.0 && w < 1.0) return Crossing{i, j, a + t * r};
     }
   }
   return {};
