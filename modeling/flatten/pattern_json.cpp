@@ -17,7 +17,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "annulus pattern";
 constexpr int kVersion = 1;
 constexpr const char* kAdvice = "see docs/formats.md, 'Pattern'";
-constexpr std::size_t kMost = 1000;  ///< Lines, pieces, places of a line.
+constexpr std::size_t kMost = 1000;   ///< Lines, pieces, places of a line.
+constexpr double kMostTurn = 3600.0;  ///< deg
 
 /// Thrown by what follows, caught in PatternFromJson.
 struct BadPattern {
@@ -110,7 +111,7 @@ class Reader {
     if (json.contains("theta_of")) place.theta_of = TextOr(at, json, "theta_of");
     if (json.contains("z_of")) place.z_of = TextOr(at, json, "z_of");
     place.z_towards = TextOr(at, json, "z_towards");
-    place.turn = RadiansFromDegrees(Ranged(at, json, "theta_deg", 0.0, {-3600.0, 3600.0}));
+    place.turn = RadiansFromDegrees(Ranged(at, json, "theta_deg", 0.0, {-kMostTurn, kMostTurn}));
     place.up = Ranged(at, json, "z_mm", 0.0, {-1e5, 1e5});
     if (json.contains("z_share")) place.z_share = Ranged(at, json, "z_share", 0.0, {-1.0, 2.0});
     if (place.theta_of.empty() && !json.contains("theta_deg")) Missing(at, "theta_deg");
@@ -200,7 +201,8 @@ class Reader {
 Json PlaceJson(const PatternPlace& place) {
   Json json = Json::object();
   if (!place.theta_of.empty()) json["theta_of"] = place.theta_of;
-  json["theta_deg"] = DegreesFromRadians(place.turn);
+  // The way to radians and back may step over the limit by a bit.
+  json["theta_deg"] = std::clamp(DegreesFromRadians(place.turn), -kMostTurn, kMostTurn);
   if (!place.z_of.empty()) json["z_of"] = place.z_of;
   if (!place.z_towards.empty()) json["z_towards"] = place.z_towards;
   if (place.z_share) json["z_share"] = *place.z_share;
