@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 6> kLater{{{"elastic", "reshape as an elastic body"},
-                                              {"flatten", "flat patterns"},
+constexpr std::array<LaterCommand, 5> kLater{{{"flatten", "flat patterns"},
                                               {"wrinkly", "wrinkly surfaces"},
                                               {"convert", "other file formats"},
                                               {"batch", "many scans at once"},
@@ -98,7 +97,8 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
-        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand}) {
+        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,
+        AddElasticCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

@@ -6,7 +6,7 @@ from annulus_cli import ProgramTest
 
 COMMANDS = ("demo", "scan", "replay", "import", "export", "inspect", "recover", "fit", "eval", "measure", "section", "slab", "region", "landmarks", "distance",
             "compare", "glasses", "render", "doctor", "sim-devices", "boothd", "breath", "calibrate", "serve")
-NOT_YET = ("clay", "elastic", "flatten", "wrinkly", "convert", "batch", "support-bundle")
+NOT_YET = ("clay", "flatten", "wrinkly", "convert", "batch", "support-bundle")
 
 
 class Usage(ProgramTest):
