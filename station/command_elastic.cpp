@@ -33,16 +33,18 @@ struct ElasticCommand {
 /// A map that can be written: its word, and where it is.
 struct MapChoice {
   const char* word;
+  const char* key;  ///< In the report.
   std::vector<double> SkinMaps::*values;
   double factor;
 };
-constexpr std::array<MapChoice, 7> kMaps{{{"outward", &SkinMaps::outward, 1.0},
-                                          {"sideways", &SkinMaps::sideways, 1.0},
-                                          {"von-mises", &SkinMaps::von_mises, kKilopascals},
-                                          {"largest-strain", &SkinMaps::largest_strain, 100.0},
-                                          {"smallest-strain", &SkinMaps::smallest_strain, 100.0},
-                                          {"area-strain", &SkinMaps::area_strain, 100.0},
-                                          {"pressure", &SkinMaps::pressure, kKilopascals}}};
+constexpr std::array<MapChoice, 7> kMaps{
+    {{"outward", "outward_mm", &SkinMaps::outward, 1.0},
+     {"sideways", "sideways_mm", &SkinMaps::sideways, 1.0},
+     {"von-mises", "von_mises_kpa", &SkinMaps::von_mises, kKilopascals},
+     {"largest-strain", "largest_strain_percent", &SkinMaps::largest_strain, 100.0},
+     {"smallest-strain", "smallest_strain_percent", &SkinMaps::smallest_strain, 100.0},
+     {"area-strain", "area_strain_percent", &SkinMaps::area_strain, 100.0},
+     {"pressure", "pressure_kpa", &SkinMaps::pressure, kKilopascals}}};
 
 std::string MapWords() {
   std::string words;
@@ -56,7 +58,7 @@ Json RangesJson(const SkinMaps& maps) {
   for (const MapChoice& map : kMaps) {
     const std::vector<double>& values = maps.*map.values;
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
-    json[map.word] = {map.factor * *low, map.factor * *high};
+    json[map.key] = {map.factor * *low, map.factor * *high};
   }
   return json;
 }

@@ -97,8 +97,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
-        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,
-        AddElasticCommand}) {
+        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,      AddElasticCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

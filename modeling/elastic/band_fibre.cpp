@@ -20,8 +20,8 @@ std::vector<std::size_t> HullCorners(const std::vector<Vector2d>& points) {
   });
   std::vector<std::size_t> hull;
   const auto extend = [&](std::size_t next, std::size_t keep) {
-    while (hull.size() >= keep + 2 && !(Cross(points[hull.back()] - points[hull[hull.size() - 2]],
-                                              points[next] - points[hull.back()]) > 0.0)) {
+    while (hull.size() >= keep + 2 &&
+           !(Cross(points[hull.back()] - points[hull[hull.size() - 2]], points[next] - points[hull.back()]) > 0.0)) {
       hull.pop_back();
     }
     hull.push_back(next);

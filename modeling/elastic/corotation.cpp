@@ -137,8 +137,6 @@ HexMatrix TurnedTangent(const HexMatrix& stiffness, const TurnedElement& element
   return InStation(local, element.rotation);
 }
 
-HexMatrix FixedTangent(const HexMatrix& stiffness, const Matrix3d& rotation) {
-  return InStation(stiffness, rotation);
-}
+HexMatrix FixedTangent(const HexMatrix& stiffness, const Matrix3d& rotation) { return InStation(stiffness, rotation); }
 
 }  // namespace annulus

@@ -11,8 +11,8 @@ namespace annulus {
 struct TurnedElement {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< Turns the shape at rest into the deformed state.
   HexCorners turned_back;                                  ///< Rᵀx about the corners' mean, mm.
-  HexCorners force;                                        ///< K(Rᵀx − X): inner forces, N, in the turned-back frame.
-  double energy = 0.0;                                     ///< ½ (Rᵀx − X)ᵀ K (Rᵀx − X), N·mm.
+  HexCorners force;     ///< K(Rᵀx − X): inner forces, N, in the turned-back frame.
+  double energy = 0.0;  ///< ½ (Rᵀx − X)ᵀ K (Rᵀx − X), N·mm.
 };
 
 /// The corners about their mean.

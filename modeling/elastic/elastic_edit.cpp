@@ -50,8 +50,7 @@ std::vector<GirthChange> GirthsOf(const SurfaceSegment& before, const SurfaceSeg
   const std::vector<SectionEstimates> b = SectionsOf(after, heights);
   std::vector<GirthChange> girths;
   for (std::size_t k = 0; k < heights.size(); ++k) {
-    girths.push_back(
-        {heights[k], a[k].perimeter.value, b[k].perimeter.value, a[k].tape.value, b[k].tape.value});
+    girths.push_back({heights[k], a[k].perimeter.value, b[k].perimeter.value, a[k].tape.value, b[k].tape.value});
   }
   return girths;
 }
@@ -76,8 +75,8 @@ Result<ChangedSegment> FreeEdit(const SurfaceSegment& segment, const SkinBump& b
 }
 
 /// Forces and movements of the loads.
-std::vector<LoadResult> LoadsOf(const ElasticScript& script, const SurfaceSegment& segment,
-                                const ElasticRegion& region, const ElasticSolution& solution) {
+std::vector<LoadResult> LoadsOf(const ElasticScript& script, const SurfaceSegment& segment, const ElasticRegion& region,
+                                const ElasticSolution& solution) {
   std::vector<LoadResult> results;
   for (const BumpLoad& load : script.loads) {
     const Vector3d centre = segment.Point(load.bump.theta, load.bump.z);
@@ -155,8 +154,8 @@ Result<ElasticOutcome> Solve(const SurfaceSegment& segment, const ElasticScript&
     outcome.bands.back().girth_before = girth ? *girth : kNan;
   }
   for (std::size_t stack = 0; stack < outcome.region.grid.shape.stacks(); ++stack) {
-    outcome.largest_displacement = std::max(
-        outcome.largest_displacement, outcome.solution.displacement[outcome.region.SkinNode(stack)].norm());
+    outcome.largest_displacement =
+        std::max(outcome.largest_displacement, outcome.solution.displacement[outcome.region.SkinNode(stack)].norm());
   }
   return outcome;
 }
@@ -169,8 +168,8 @@ Result<ChangedSegment> WriteBack(const SurfaceSegment& segment, const ElasticOut
     skin.push_back(outcome.solution.displacement[region.SkinNode(stack)]);
   }
   const DisplacedSkin displaced(segment, region, skin);
-  const double turn = region.grid.shape.closure == GridClosure::kClosed ? kTwoPi
-                                                                        : region.theta.back() - region.theta.front();
+  const double turn =
+      region.grid.shape.closure == GridClosure::kClosed ? kTwoPi : region.theta.back() - region.theta.front();
   return GrowRadius(segment, {region.theta.front(), region.theta.front() + turn, region.z.front(), region.z.back()},
                     [&](double theta, double z) { return displaced.Growth(theta, z); });
 }

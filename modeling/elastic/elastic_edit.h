@@ -14,7 +14,7 @@ namespace annulus {
 
 /// A horizontal girth before and after. nan where the segment cannot tell (outside it, or unknown places).
 struct GirthChange {
-  double z = 0.0;  ///< mm
+  double z = 0.0;                                        ///< mm
   double perimeter_before = 0.0, perimeter_after = 0.0;  ///< mm, of the section's curve.
   double tape_before = 0.0, tape_after = 0.0;            ///< mm, of its convex hull.
 };
@@ -22,9 +22,9 @@ struct GirthChange {
 /// What a band did.
 struct BandResult {
   BandLoad band;
-  double girth_before = 0.0;   ///< mm, tape in the band's middle plane.
-  double girth_after = 0.0;    ///< mm, on the changed surface.
-  double tension = 0.0;        ///< N, of the whole band.
+  double girth_before = 0.0;      ///< mm, tape in the band's middle plane.
+  double girth_after = 0.0;       ///< mm, on the changed surface.
+  double tension = 0.0;           ///< N, of the whole band.
   double pressure_largest = 0.0;  ///< N/mm²
   double pressure_mean = 0.0;     ///< N/mm², where it presses.
   double contact_area = 0.0;      ///< mm²
@@ -52,9 +52,9 @@ struct ElasticEdit {
   std::size_t segment = 0;
   double volume_before = 0.0, volume_after = 0.0;  ///< mm³, ∬ r²/2 over the segment.
   std::vector<GirthChange> girths;
-  std::vector<ChangedSegment> edits;         ///< Free ones, in order; without their segments' matrices.
-  std::optional<ElasticOutcome> elastic;     ///< If there are loads or bands.
-  std::optional<ChangedSegment> written;     ///< How the displaced skin became a surface.
+  std::vector<ChangedSegment> edits;      ///< Free ones, in order; without their segments' matrices.
+  std::optional<ElasticOutcome> elastic;  ///< If there are loads or bands.
+  std::optional<ChangedSegment> written;  ///< How the displaced skin became a surface.
 };
 
 /// Carries out a script on a model: first the free edits, one after the other (paper 001, §4: the designer moves

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "modeling/mesh/convex_hull_2d.h"
 
@@ -13,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kFinePoints = 1440;  ///< Of the real skin's outline: its polygon is short by 1e-6.
+constexpr std::size_t kFinePoints = 720;  ///< Of the real skin's outline: its polygon is short by 3e-6.
 constexpr std::size_t kMostFibres = 24;
 
 /// The plane n · p = offset with its directions.
@@ -29,18 +31,19 @@ BandPlane PlaneOf(const SurfaceSegment& segment, const BandLoad& band, double sh
   plane.normal = band.normal;
   plane.offset = band.normal.dot(Vector3d(axis.x(), axis.y(), band.z)) + shift;
   const Vector3d x = (Vector3d::UnitX() - band.normal.x() * band.normal).normalized();
-  plane.directions.row(0) = x;
-  plane.directions.row(1) = band.normal.cross(x);
+  plane.directions.row(0) = x.transpose();
+  plane.directions.row(1) = band.normal.cross(x).transpose();
   return plane;
 }
 
-/// The height at which the plane cuts the skin in a direction; nothing outside the segment. Bisection, then secants:
-/// the skin's height over the plane rises with z on all but overhanging places.
+/// The height at which the plane cuts the skin in a direction; nothing outside the segment. By bisection: a lowest and
+/// a highest point on either side are enough.
 std::optional<double> HeightOn(const SurfaceSegment& segment, const BandPlane& plane, double theta) {
   const auto above = [&](double z) { return plane.normal.dot(segment.Point(theta, z)) - plane.offset; };
   double low = segment.surface.z_min();
   double high = segment.surface.z_max();
   if (!(above(low) <= 0.0 && above(high) >= 0.0)) return std::nullopt;
+  if (plane.normal == Vector3d::UnitZ()) return plane.offset;
   for (int n = 0; n < 60 && high - low > 1e-10; ++n) {
     const double middle = 0.5 * (low + high);
     (above(middle) <= 0.0 ? low : high) = middle;
@@ -162,7 +165,8 @@ Status AddLoad(const ElasticRegion& region, const SurfaceSegment& segment, const
 Result<std::vector<BandFibre>> FibresOf(const ElasticRegion& region, const SurfaceSegment& segment,
                                         const BandLoad& band) {
   const double row = region.z[1] - region.z[0];
-  const auto count = static_cast<std::size_t>(std::clamp(std::round(band.width / row), 1.0, static_cast<double>(kMostFibres)));
+  const auto count =
+      static_cast<std::size_t>(std::clamp(std::round(band.width / row), 1.0, static_cast<double>(kMostFibres)));
   std::vector<BandFibre> fibres;
   for (std::size_t n = 0; n < count; ++n) {
     const double share = (static_cast<double>(n) + 0.5) / static_cast<double>(count);

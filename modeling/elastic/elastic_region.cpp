@@ -167,7 +167,8 @@ Result<ElasticRegion> MakeElasticRegion(const SurfaceSegment& segment, const Reg
   }
   const double turn = shape.closure == GridClosure::kClosed ? kTwoPi : request.theta_to - request.theta_from;
   for (std::size_t i = 0; i < shape.columns; ++i) {
-    region.theta.push_back(request.theta_from + turn * static_cast<double>(i) / static_cast<double>(shape.cells_around()));
+    region.theta.push_back(request.theta_from +
+                           turn * static_cast<double>(i) / static_cast<double>(shape.cells_around()));
   }
   for (std::size_t j = 0; j < shape.rows; ++j) {
     region.z.push_back(request.z_min +

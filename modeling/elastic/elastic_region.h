@@ -12,13 +12,13 @@ namespace annulus {
 
 /// Which part of a segment is soft, and how finely it is divided.
 struct RegionRequest {
-  double theta_from = 0.0;      ///< rad
+  double theta_from = 0.0;               ///< rad
   double theta_to = 6.2831853071795865;  ///< rad, > theta_from; a turn or more: all around.
-  double z_min = 0.0;           ///< mm
-  double z_max = 0.0;           ///< mm
-  double thickness = 20.0;      ///< mm, of the soft layer.
-  double spacing = 8.0;         ///< mm between nodes on the skin, about; 1 … 100.
-  std::size_t layers = 3;       ///< Nodes over each other, core and skin included, 2 … 9.
+  double z_min = 0.0;                    ///< mm
+  double z_max = 0.0;                    ///< mm
+  double thickness = 20.0;               ///< mm, of the soft layer.
+  double spacing = 8.0;                  ///< mm between nodes on the skin, about; 1 … 100.
+  std::size_t layers = 3;                ///< Nodes over each other, core and skin included, 2 … 9.
 };
 
 /// A part of a measured surface as a soft layer over a firm core: nodes on the skin at equal steps of theta and z, the
@@ -26,8 +26,8 @@ struct RegionRequest {
 struct ElasticRegion {
   RegionRequest request;
   SolidGrid grid;
-  std::vector<double> theta;  ///< By column, rad, rising; theta.front() may be any angle.
-  std::vector<double> z;      ///< By row, mm.
+  std::vector<double> theta;            ///< By column, rad, rising; theta.front() may be any angle.
+  std::vector<double> z;                ///< By row, mm.
   std::vector<Eigen::Vector3d> normal;  ///< Of the skin, outward, by stack.
   std::vector<double> area;             ///< Of the skin that a stack stands for, mm², by stack.
   std::vector<char> held;               ///< As ElasticProblem::held.

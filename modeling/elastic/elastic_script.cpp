@@ -158,19 +158,20 @@ ElasticScript ScriptOf(const JsonReader& reader, const Json& json) {
     script.method = method == "linear" ? ElasticMethod::kLinear : ElasticMethod::kCorotational;
   }
   if (root.Has("region")) {
-    script.region = RegionOf(Fields(
-        reader.Within("region"), json["region"],
-        {"theta_from_deg", "theta_to_deg", "z_min_mm", "z_max_mm", "thickness_mm", "spacing_mm", "layers"}));
+    script.region = RegionOf(
+        Fields(reader.Within("region"), json["region"],
+               {"theta_from_deg", "theta_to_deg", "z_min_mm", "z_max_mm", "thickness_mm", "spacing_mm", "layers"}));
   }
   script.edits = ListOf(root, "edits", {"theta_deg", "z_mm", "outward_mm", "radius_mm"}, EditOf);
   script.loads = ListOf(root, "loads", {"theta_deg", "z_mm", "outward_mm", "radius_mm", "as", "force_n"}, LoadOf);
-  script.bands = ListOf(root, "bands", {"z_mm", "normal", "width_mm", "rest_length_mm", "stiffness_n", "girth_mm"},
-                        BandOf);
+  script.bands =
+      ListOf(root, "bands", {"z_mm", "normal", "width_mm", "rest_length_mm", "stiffness_n", "girth_mm"}, BandOf);
   if (root.Has("girths_mm")) {
     const auto heights = reader.Array(json, "girths_mm");
     if (!heights) throw BadScript{heights.error()};
     for (const Json& height : **heights) {
-      if (!height.is_number() || script.girths.size() >= kMostEntries) root.Refuse("'girths_mm' is not a short list of numbers");
+      if (!height.is_number() || script.girths.size() >= kMostEntries)
+        root.Refuse("'girths_mm' is not a short list of numbers");
       script.girths.push_back(height.get<double>());
     }
   }

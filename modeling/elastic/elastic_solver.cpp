@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "modeling/elastic/elastic_system.h"
 
@@ -14,7 +16,7 @@ using Eigen::VectorXd;
 
 constexpr const char* kAttempted = "find the shape of an elastic body";
 constexpr int kMostHalvings = 30;
-constexpr double kTightness = 30.0;   ///< Of a thread of given length, over the body's own stiffness.
+constexpr double kTightness = 30.0;    ///< Of a thread of given length, over the body's own stiffness.
 constexpr double kLengthError = 1e-3;  ///< mm, of a thread of given length.
 constexpr int kMostTightenings = 12;
 constexpr double kSlope = 1e-4;  ///< Armijo's share of the expected descent.
@@ -31,8 +33,8 @@ class Descent {
   Result<std::string> Run(const TaskContext& task) {
     for (;;) {
       residual_ = system_.Residual(state_);
-      task.Report("equilibrium", std::min(1.0, std::log10(std::max(residual_, options_.tolerance)) /
-                                                   std::log10(options_.tolerance)),
+      task.Report("equilibrium",
+                  std::min(1.0, std::log10(std::max(residual_, options_.tolerance)) / std::log10(options_.tolerance)),
                   1.0);
       if (residual_ <= options_.tolerance) return std::string("converged");
       if (steps_ >= options_.most_steps) return std::string("most steps taken");
@@ -74,7 +76,7 @@ class Descent {
       const bool level = n == 0 && next.potential <= state_.potential + rounding && -slope <= 1e3 * rounding &&
                          system_.Residual(next) < 0.5 * system_.Residual(state_);
       if (!lower && !level) continue;
-      potential_.push_back(std::min(next.potential, state_.potential));
+      potential_.push_back(next.potential);
       state_ = std::move(next);
       ++steps_;
       return true;
@@ -103,11 +105,11 @@ Result<VectorXd> Admissible(const ElasticSystem& system) {
 }
 
 /// Threads of given length become stiff ones.
-void StiffenTargets(ElasticSystem& system, const VectorXd& start) {
+void StiffenTargets(ElasticSystem& system) {
   for (BandFibre& fibre : system.fibres()) {
     if (!fibre.target) continue;
     fibre.rest_length = *fibre.target;
-    const FibreState state = Stretch(fibre, system.PositionsOf(fibre, start));
+    const FibreState state = Stretch(fibre, system.PositionsOf(fibre, system.given()));
     fibre.stiffness = kTightness * *fibre.target * system.StiffnessAlong(system.WeightOf(fibre, state));
   }
 }
@@ -158,9 +160,9 @@ Result<ElasticSolution> SolveElastic(const ElasticProblem& problem, const Elasti
                                      const TaskContext& task) {
   auto system = ElasticSystem::Make(problem);
   if (!system) return Fail(system);
+  StiffenTargets(*system);
   const auto start = Admissible(*system);
   if (!start) return Fail(start);
-  StiffenTargets(*system, *start);
   Descent descent(*system, options, system->At(*start, options.method));
   auto termination = descent.Run(task);
   for (int n = 0; termination && n < kMostTightenings && Tighten(*system, descent.state()); ++n) {

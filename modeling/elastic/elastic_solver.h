@@ -54,15 +54,15 @@ struct ElasticSolution {
   std::vector<Eigen::Matrix3d> rotation;      ///< By element (pile·(layers − 1) + level).
   double strain_energy = 0.0;                 ///< N·mm
   /// Potential energy (strain, bands, less the forces' work) at the first admissible shape and after every step, N·mm;
-  /// never rises. With threads of given length: since they were last tightened.
+  /// never rises (but for rounding). With threads of given length: since they were last tightened.
   std::vector<double> potential;
   int steps = 0;
-  double residual = 0.0;                ///< As ElasticOptions::tolerance.
-  std::string termination;              ///< "converged", or why it stopped.
-  std::vector<FibreState> fibres;       ///< As ElasticProblem::fibres.
-  std::vector<double> pull_force;       ///< f of each pull, N.
-  std::vector<double> pull_movement;    ///< q of each pull, mm.
-  std::vector<Eigen::Vector3d> inner;   ///< By node: the elements' force, N; at free nodes what acts there.
+  double residual = 0.0;               ///< As ElasticOptions::tolerance.
+  std::string termination;             ///< "converged", or why it stopped.
+  std::vector<FibreState> fibres;      ///< As ElasticProblem::fibres.
+  std::vector<double> pull_force;      ///< f of each pull, N.
+  std::vector<double> pull_movement;   ///< q of each pull, mm.
+  std::vector<Eigen::Vector3d> inner;  ///< By node: the elements' force, N; at free nodes what acts there.
 };
 
 /// Equilibrium by Newton's method with line search on the potential energy; where the tangent is not positive definite

@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 namespace annulus {
 namespace {
@@ -31,10 +33,10 @@ HexCorners MovedBy(HexCorners corners, const std::array<std::size_t, 8>& nodes, 
 Status Check(const ElasticProblem& problem) {
   const ElasticMaterial& m = problem.material;
   if (!(m.young > 0.0 && std::isfinite(m.young) && m.poisson >= 0.0 && m.poisson <= 0.49)) {
-    return Fail(kAttempted,
-                "Young's modulus is " + std::to_string(m.young) + " N/mm2 and Poisson's ratio " +
-                    std::to_string(m.poisson),
-                "give a positive modulus and a ratio from 0 to 0.49");
+    return Fail(
+        kAttempted,
+        "Young's modulus is " + std::to_string(m.young) + " N/mm2 and Poisson's ratio " + std::to_string(m.poisson),
+        "give a positive modulus and a ratio from 0 to 0.49");
   }
   if (std::find(problem.held.begin(), problem.held.end(), char{0}) == problem.held.end()) {
     return Fail(kAttempted, "nothing of it can move", "give a region of more than two cells each way");
@@ -81,7 +83,8 @@ Status ElasticSystem::Prepare() {
 
 VectorXd ElasticSystem::WeightOf(const NodePull& pull) const {
   VectorXd weight = VectorXd::Zero(given_.size());
-  for (const NodePull::Entry& entry : pull.entries) weight.segment<3>(static_cast<Index>(3 * entry.node)) += entry.weight;
+  for (const NodePull::Entry& entry : pull.entries)
+    weight.segment<3>(static_cast<Index>(3 * entry.node)) += entry.weight;
   return weight;
 }
 
@@ -110,8 +113,7 @@ std::vector<Vector3d> ElasticSystem::PositionsOf(const BandFibre& fibre, const V
       const std::size_t lower = point.stack * shape.layers + shape.layers - 1;
       at += (1.0 - point.upper) * displacement.segment<3>(static_cast<Index>(3 * lower));
       if (point.upper > 0.0) {
-        at += point.upper *
-              displacement.segment<3>(static_cast<Index>(3 * (lower + shape.columns * shape.layers)));
+        at += point.upper * displacement.segment<3>(static_cast<Index>(3 * (lower + shape.columns * shape.layers)));
       }
     }
     positions.push_back(at);
@@ -270,10 +272,7 @@ class ElasticSystem::PileSums {
     const GridShape& shape = system_.problem_->grid.shape;
     const std::size_t column = a.stack % shape.columns;
     if (column >= shape.cells_around() || (column + 1) % shape.columns != b.stack % shape.columns) return {};
-    const std::size_t low = std::min(a.stack, b.stack) / shape.columns == a.stack / shape.columns
-                                ? a.stack / shape.columns
-                                : b.stack / shape.columns;
-    const std::size_t row = std::min(low, shape.rows - 2);
+    const std::size_t row = std::min({a.stack / shape.columns, b.stack / shape.columns, shape.rows - 2});
     const auto fits = [&](const FibrePoint& p) {
       return p.stack / shape.columns + (p.upper > 0.0 ? 1 : 0) <= row + 1 && p.stack / shape.columns >= row;
     };

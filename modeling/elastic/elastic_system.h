@@ -13,15 +13,15 @@ namespace annulus {
 
 /// The body in one shape.
 struct ElasticState {
-  Eigen::VectorXd displacement;          ///< 3·nodes, mm.
-  std::vector<TurnedElement> elements;   ///< As ElasticSolution::rotation.
+  Eigen::VectorXd displacement;         ///< 3·nodes, mm.
+  std::vector<TurnedElement> elements;  ///< As ElasticSolution::rotation.
   std::vector<FibreState> fibres;
-  Eigen::VectorXd pull_movement;         ///< q by pull, mm.
-  Eigen::VectorXd pull_force;            ///< f by pull, N.
-  Eigen::VectorXd inner;                 ///< Elements' forces, 3·nodes, N.
-  Eigen::VectorXd gradient;              ///< Of the potential energy, 3·nodes, N; held components are not zero.
-  double strain_energy = 0.0;            ///< N·mm
-  double potential = 0.0;                ///< N·mm
+  Eigen::VectorXd pull_movement;  ///< q by pull, mm.
+  Eigen::VectorXd pull_force;     ///< f by pull, N.
+  Eigen::VectorXd inner;          ///< Elements' forces, 3·nodes, N.
+  Eigen::VectorXd gradient;       ///< Of the potential energy, 3·nodes, N; held components are not zero.
+  double strain_energy = 0.0;     ///< N·mm
+  double potential = 0.0;         ///< N·mm
 };
 
 /// Which second derivatives of the elements a step uses.

@@ -19,7 +19,7 @@ struct SkinMaps {
   std::vector<double> largest_strain;  ///< Largest principal strain, 1.
   std::vector<double> smallest_strain;
   std::vector<double> area_strain;  ///< Change of the skin's area over itself, 1.
-  std::vector<double> pressure;     ///< Of bands and given forces on the skin, inwards, N/mm²; 0 where nothing presses.
+  std::vector<double> pressure;  ///< Of bands and given forces on the skin, inwards, N/mm²; 0 where nothing presses.
 };
 
 /// Stresses and strains are those of the elements, turned with them (small strain), continued from the Gauss points to
@@ -47,6 +47,7 @@ struct ContactPressure {
 
 /// A thread whose points are at `positions`, mm. The force at a point acts on the strip of skin that
 /// the thread stands for, half way to its neighbours.
-[[nodiscard]] ContactPressure ContactOf(const BandFibre& fibre, const FibreState& state, const std::vector<Eigen::Vector3d>& positions);
+[[nodiscard]] ContactPressure ContactOf(const BandFibre& fibre, const FibreState& state,
+                                        const std::vector<Eigen::Vector3d>& positions);
 
 }  // namespace annulus

@@ -16,8 +16,8 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr const char* kAttempted = "write the changed shape back as a surface";
-constexpr int kPlaces = 4;   ///< Each way, per piece.
-constexpr int kChecks = 3;   ///< Each way, per piece, between the places.
+constexpr int kPlaces = 4;  ///< Each way, per piece.
+constexpr int kChecks = 3;  ///< Each way, per piece, between the places.
 constexpr int kMostTurns = 80;
 
 /// The segment's surface with its coefficients as a hierarchical spline.
@@ -65,7 +65,7 @@ class GrowthFit {
     right_ = Eigen::VectorXd::Zero(count_);
   }
 
-  [[nodiscard]] Index count() const { return count_; }
+  [[nodiscard]] int count() const { return count_; }
 
   Status Collect(const RadiusGrowth& growth) {
     for (const SplineLeaf& leaf : spline_.leaves()) {
@@ -81,7 +81,7 @@ class GrowthFit {
   Result<Eigen::VectorXd> Solve() {
     Eigen::SparseMatrix<double> matrix(count_, count_);
     matrix.setFromTriplets(entries_.begin(), entries_.end());
-    const double ridge = 1e-10 * matrix.diagonal().maxCoeff();
+    const double ridge = 1e-10 * Eigen::VectorXd(matrix.diagonal()).maxCoeff();
     for (Index k = 0; k < count_; ++k) matrix.coeffRef(k, k) += ridge;
     const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor(matrix);
     if (factor.info() != Eigen::Success) {
@@ -149,11 +149,11 @@ class GrowthFit {
     const Eigen::MatrixXd form = area * rows * rows.transpose();
     const Eigen::VectorXd load = area * rows * wanted;
     for (Index b = 0; b < size; ++b) {
-      const Index column = number_[active[static_cast<std::size_t>(b)]];
+      const int column = number_[active[static_cast<std::size_t>(b)]];
       if (column < 0) continue;
       right_[column] += load[b];
       for (Index a = 0; a < size; ++a) {
-        const Index row = number_[active[static_cast<std::size_t>(a)]];
+        const int row = number_[active[static_cast<std::size_t>(a)]];
         if (row >= column) entries_.emplace_back(row, column, form(a, b));
       }
     }
@@ -161,8 +161,8 @@ class GrowthFit {
   }
 
   const HierarchicalSpline& spline_;
-  std::vector<Index> number_;  ///< By active coefficient; -1: stays.
-  Index count_ = 0;
+  std::vector<int> number_;  ///< By active coefficient; -1: stays.
+  int count_ = 0;
   std::vector<const SplineLeaf*> leaves_;
   std::vector<Eigen::Triplet<double>> entries_;
   Eigen::VectorXd right_;

@@ -1,9 +1,8 @@
-#include "modeling/elastic/band_fibre.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "modeling/elastic/band_fibre.h"
 #include "modeling/elastic/skin_maps.h"
 #include "tests/modeling_elastic/elastic_check.h"
 
@@ -45,8 +44,8 @@ TEST(BandFibre, HullPressesInwardsOnlyAndSpansHollows) {
   fibre.plane << 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;
   fibre.rest_length = 300.0;
   fibre.stiffness = 30.0;
-  const std::vector<Vector3d> points{{50.0, -50.0, 1.0}, {30.0, 0.0, 2.0}, {50.0, 50.0, 3.0}, {-50.0, 50.0, 4.0},
-                                     {-50.0, -50.0, 5.0}};
+  const std::vector<Vector3d> points{
+      {50.0, -50.0, 1.0}, {30.0, 0.0, 2.0}, {50.0, 50.0, 3.0}, {-50.0, 50.0, 4.0}, {-50.0, -50.0, 5.0}};
   const FibreState state = Stretch(fibre, points);
   EXPECT_NEAR(state.length, 400.0, 1e-12);
   EXPECT_NEAR(state.tension, 30.0 * 100.0 / 300.0, 1e-12);
@@ -94,7 +93,7 @@ TEST(BandFibre, ReachesTheGirthThatIsAskedFor) {
   EXPECT_EQ(solution->termination, "converged");
   EXPECT_NEAR(solution->fibres[0].length, 600.0, 1e-3);
   for (std::size_t n = 1; n < solution->potential.size(); ++n) {
-    EXPECT_LE(solution->potential[n], solution->potential[n - 1]);
+    EXPECT_LE(solution->potential[n], solution->potential[n - 1] * (1.0 + 1e-12));
   }
 }
 

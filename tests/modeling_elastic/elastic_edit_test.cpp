@@ -55,8 +55,9 @@ TEST(ElasticRegion, LiesOnTheSkinAndIsHeldBelowAndAtItsRim) {
   EXPECT_EQ(shape.rows, 11U);
   for (std::size_t stack = 0; stack < shape.stacks(); ++stack) {
     const Eigen::Vector3d skin = region->grid.nodes[region->SkinNode(stack)];
-    EXPECT_LE((skin - model.main().Point(region->theta[stack % shape.columns], region->z[stack / shape.columns])).norm(),
-              1e-9);
+    EXPECT_LE(
+        (skin - model.main().Point(region->theta[stack % shape.columns], region->z[stack / shape.columns])).norm(),
+        1e-9);
     EXPECT_NEAR((skin - region->grid.nodes[stack * shape.layers]).norm(), 20.0, 1e-9);
     EXPECT_EQ(region->held[3 * stack * shape.layers], 1);
     EXPECT_EQ(region->held[3 * region->SkinNode(stack)], region->OnRim(stack) ? 1 : 0);
@@ -91,7 +92,7 @@ TEST(DisplacedSkin, GrowsByWhatItIsMovedOutwards) {
     const auto growth = skin.Growth(theta, 1160.0);
     ASSERT_TRUE(growth);
     EXPECT_NEAR(*growth, model.main().surface.Radius(theta, 1157.0) - model.main().surface.Radius(theta, 1160.0), 1e-8);
-    EXPECT_EQ(skin.Growth(theta, 1050.0), 0.0);
+    EXPECT_NEAR(*skin.Growth(theta, 1050.0), 0.0, 1e-10);
   }
 }
 
@@ -129,7 +130,7 @@ TEST(ElasticEdit, LoadMovesTheSkinAndSwellsBesideIt) {
   EXPECT_NEAR(edit->elastic->loads.at(0).movement, -5.0, 0.05);
   EXPECT_LT(edit->elastic->loads.at(0).force, 0.0);
   for (std::size_t n = 1; n < solution.potential.size(); ++n) {
-    EXPECT_LE(solution.potential[n], solution.potential[n - 1]);
+    EXPECT_LE(solution.potential[n], solution.potential[n - 1] * (1.0 + 1e-12));
   }
   // Nearly incompressible: what is pushed in comes out beside it.
   EXPECT_GT(*std::max_element(edit->elastic->maps.outward.begin(), edit->elastic->maps.outward.end()), 0.1);
@@ -152,14 +153,14 @@ TEST(ElasticEdit, BandBringsTheGirthThatIsAskedFor) {
   const auto loose = EditElastically(model, script, {});
   ASSERT_TRUE(loose);
   EXPECT_EQ(loose->volume_after, loose->volume_before);
-  band.girth = 870.0;
+  band.girth = 885.0;
   script.bands.push_back(band);
   script.girths = {1200.0};
   const auto edit = EditElastically(model, script, {});
   ASSERT_TRUE(edit) << edit.error().Text();
   const BandResult& result = edit->elastic->bands.at(0);
-  EXPECT_GT(result.girth_before, 880.0);
-  EXPECT_NEAR(result.girth_after, 870.0, 0.5);
+  EXPECT_GT(result.girth_before, 895.0);
+  EXPECT_NEAR(result.girth_after, 885.0, 0.5);
   EXPECT_NEAR(edit->girths[0].tape_after, result.girth_after, 0.2);
   EXPECT_GT(result.tension, 0.0);
   EXPECT_GE(result.pressure_largest, result.pressure_mean);

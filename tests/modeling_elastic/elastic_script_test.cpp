@@ -17,7 +17,8 @@ TEST(ElasticScript, IsReadWithItsUnits) {
               {"theta_deg": 120, "z_mm": 1200, "radius_mm": 30, "outward_mm": 4}],
     "bands": [{"z_mm": 1150, "normal": [0, 1, 2], "width_mm": 30, "girth_mm": 800},
               {"z_mm": 1250, "rest_length_mm": 750, "stiffness_n": 40}],
-    "girths_mm": [1150, 1250]})", "ops.json");
+    "girths_mm": [1150, 1250]})",
+                                            "ops.json");
   ASSERT_TRUE(script) << script.error().Text();
   EXPECT_DOUBLE_EQ(script->material.young, 0.015);
   EXPECT_EQ(script->method, ElasticMethod::kLinear);
@@ -45,7 +46,8 @@ TEST(ElasticScript, NamesWhatIsWrong) {
   EXPECT_NE(seen(R"({"material": {"poisson": 0.5}})").find("poisson"), std::string::npos);
   EXPECT_NE(seen(R"({"bands": [{"z_mm": 1, "girth_mm": 800}]})").find("'region' is missing"), std::string::npos);
   EXPECT_NE(seen(R"({"region": {"z_min_mm": 1, "z_max_mm": 2},
-                     "bands": [{"z_mm": 1, "girth_mm": 800, "stiffness_n": 4}]})").find("girth_mm"),
+                     "bands": [{"z_mm": 1, "girth_mm": 800, "stiffness_n": 4}]})")
+                .find("girth_mm"),
             std::string::npos);
   EXPECT_NE(seen("[]"), "nothing");
   EXPECT_NE(seen("{"), "nothing");

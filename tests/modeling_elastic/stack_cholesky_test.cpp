@@ -28,8 +28,8 @@ struct Sums {
       const auto stacks = s.StacksOf(p);
       for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t b = 0; b < 4; ++b) {
-          whole.block(static_cast<Eigen::Index>(stacks[a]) * per_stack, static_cast<Eigen::Index>(stacks[b]) * per_stack,
-                      per_stack, per_stack) +=
+          whole.block(static_cast<Eigen::Index>(stacks[a]) * per_stack,
+                      static_cast<Eigen::Index>(stacks[b]) * per_stack, per_stack, per_stack) +=
               pile[p].block(static_cast<Eigen::Index>(a) * per_stack, static_cast<Eigen::Index>(b) * per_stack,
                             per_stack, per_stack);
         }
