@@ -13,7 +13,8 @@ using Eigen::Vector3d;
 using Turn = Eigen::Matrix<double, 24, 3>;
 
 constexpr int kMostTurns = 20;
-constexpr double kStill = 1e-13;  ///< rad: the rotation is found.
+constexpr double kStill = 1e-13;     ///< rad: the rotation is found.
+constexpr double kSmallTurn = 1e-5;  ///< rad
 
 Matrix3d Skew(const Vector3d& v) {
   Matrix3d m;
@@ -119,7 +120,8 @@ TurnedElement Turned(const HexMatrix& stiffness, const HexCorners& rest, const H
     TurnedElement next = element;
     next.rotation = element.rotation * RotationBy(omega.norm() > 0.3 ? Vector3d(0.3 / omega.norm() * omega) : omega);
     Load(stiffness, from, to, next);
-    if (!(next.energy <= element.energy)) break;  // at the bottom, but for rounding
+    // The energy is flat at its bottom: there the step itself says more than what rounding leaves of the descent.
+    if (omega.squaredNorm() > kSmallTurn * kSmallTurn && !(next.energy <= element.energy)) break;
     element = next;
     if (omega.squaredNorm() < 1e-14) break;  // quadratic: the next would be below rounding
   }

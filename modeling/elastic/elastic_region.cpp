@@ -178,9 +178,12 @@ Result<ElasticRegion> MakeElasticRegion(const SurfaceSegment& segment, const Reg
   for (std::size_t stack = 0; stack < shape.stacks(); ++stack) {
     const double theta = region.theta[stack % shape.columns];
     const double z = region.z[stack / shape.columns];
-    if (!(segment.surface.Radius(theta, z) > 0.0)) {
-      return Fail(kAttempted, "the radius is not positive at z " + std::to_string(z) + " mm",
-                  "choose a part of the body that lies around the axis");
+    const double radius = segment.surface.Radius(theta, z);
+    if (!(radius > request.thickness)) {
+      return Fail(kAttempted,
+                  "at z " + std::to_string(z) + " mm the radius is " + std::to_string(radius) +
+                      " mm, no more than the thickness",
+                  "give a smaller thickness_mm or another region");
     }
     grid.nodes[region.SkinNode(stack)] = segment.Point(theta, z);
     region.normal.push_back(SegmentNormal(segment, theta, z));
@@ -208,10 +211,12 @@ double SegmentVolume(const SurfaceSegment& segment) {
   const std::vector<QuadratureNode> around = PiecewiseGauss(theta);
   double volume = 0.0;
   for (const QuadratureNode& z : PiecewiseGauss(segment.surface.z_basis().breakpoints())) {
+    double area = 0.0;  // a sum of sums: less rounding
     for (const QuadratureNode& t : around) {
       const double radius = segment.surface.Radius(t.x, z.x);
-      volume += 0.5 * radius * radius * t.weight * z.weight;
+      area += 0.5 * radius * radius * t.weight;
     }
+    volume += area * z.weight;
   }
   return volume;
 }

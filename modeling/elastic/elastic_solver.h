@@ -45,7 +45,8 @@ enum class ElasticMethod {
 struct ElasticOptions {
   ElasticMethod method = ElasticMethod::kCorotational;
   int most_steps = 60;
-  double tolerance = 1e-8;  ///< Of the forces left over free nodes, over those at all nodes.
+  double tolerance =
+      1e-8;  ///< Of forces left over at free nodes, over those at all (at least those of a strain of 1e-4).
 };
 
 /// The body at rest under what acts on it.

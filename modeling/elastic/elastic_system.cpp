@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr const char* kAttempted = "find the shape of an elastic body";
+constexpr double kLeastStrain = 1e-4;   ///< Forces are held against at least those of this strain.
 constexpr double kPullStiffness = 1e6;  ///< Of a given movement, over the body's own stiffness.
 
 HexCorners CornersOf(const SolidGrid& grid, const std::array<std::size_t, 8>& nodes) {
@@ -69,6 +70,8 @@ Status ElasticSystem::Prepare() {
     }
   }
   tree_ = std::make_shared<const StackTree>(grid.shape, problem_->held);
+  const HexCorners first = CornersOf(grid, grid.NodesOf(0, 0));
+  stack_area_ = (first.col(1) - first.col(0)).norm() * (first.col(2) - first.col(0)).norm();
   given_ = VectorXd::Zero(static_cast<Index>(3 * grid.shape.nodes()));
   for (std::size_t k = 0; k < problem_->held.size(); ++k) {
     if (problem_->held[k] != 0) given_[static_cast<Index>(k)] = problem_->given[k / 3][static_cast<Index>(k % 3)];
@@ -183,14 +186,14 @@ ElasticState ElasticSystem::At(const VectorXd& displacement, ElasticMethod metho
 
 double ElasticSystem::Residual(const ElasticState& state) const {
   double left = 0.0;
-  double largest = 0.0;
+  double largest = kLeastStrain * problem_->material.young * stack_area_;
   for (std::size_t k = 0; k < problem_->held.size(); ++k) {
     const auto at = static_cast<Index>(k);
     largest = std::max(largest, std::abs(state.inner[at]));
     if (problem_->held[k] == 0) left = std::max(left, std::abs(state.gradient[at]));
   }
   for (const double f : state.pull_force) largest = std::max(largest, 1e-3 * std::abs(f));
-  return left > 0.0 ? left / std::max(largest, left) : 0.0;
+  return left / std::max(largest, left);
 }
 
 /// The second derivatives, pile by pile: the elements' and what threads add between neighbouring nodes.

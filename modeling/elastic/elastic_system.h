@@ -36,7 +36,8 @@ class ElasticSystem {
   [[nodiscard]] ElasticState At(const Eigen::VectorXd& displacement, ElasticMethod method) const;
   /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones. Nothing if they are not positive definite.
   [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent) const;
-  /// Largest force left over free components over the largest inner force at any node.
+  /// Largest force left over free components, over the largest inner force at any node or, if that is more, that of a
+  /// strain of 1e-4.
   [[nodiscard]] double Residual(const ElasticState& state) const;
   /// Given displacements of held components, 0 elsewhere.
   [[nodiscard]] const Eigen::VectorXd& given() const { return given_; }
@@ -61,6 +62,7 @@ class ElasticSystem {
   std::vector<HexMatrix, Eigen::aligned_allocator<HexMatrix>> stiffness_;  ///< By element.
   std::shared_ptr<const StackTree> tree_;
   Eigen::VectorXd given_;
+  double stack_area_ = 0.0;         ///< Of the first element, mm².
   Eigen::VectorXd pull_stiffness_;  ///< By pull whose movement is given: large; else 0.
 };
 

@@ -122,6 +122,7 @@ TEST(ElasticEdit, LoadMovesTheSkinAndSwellsBesideIt) {
   script.region = AllAround(1080.0, 1320.0);
   script.region->theta_from = 0.4;
   script.region->theta_to = 2.7;
+  script.material.poisson = 0.49;
   script.loads.push_back({{kPi / 2.0, 1200.0, -5.0, 40.0}, BumpLoad::As::kDisplacement, 0.0});
   const auto edit = EditElastically(model, script, {});
   ASSERT_TRUE(edit) << edit.error().Text();
