@@ -12,23 +12,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Turn = Eigen::Matrix<double, 24, 3>;
 
-constexpr int kMostTurns = 20;
-constexpr double kStill = 1e-13;     ///< rad: the rotation is found.
-constexpr double kSmallTurn = 1e-5;  ///< rad
-
 Matrix3d Skew(const Vector3d& v) {
   Matrix3d m;
   m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
   return m;
-}
-
-/// exp([ω]×), Rodrigues.
-Matrix3d RotationBy(const Vector3d& omega) {
-  const double angle = omega.norm();
-  const Matrix3d k = Skew(omega);
-  const double a = angle < 1e-4 ? 1.0 - angle * angle / 6.0 : std::sin(angle) / angle;
-  const double b = angle < 1e-4 ? 0.5 - angle * angle / 24.0 : (1.0 - std::cos(angle)) / (angle * angle);
-  return Matrix3d::Identity() + a * k + b * k * k;
 }
 
 /// The rotation nearest to `f`.
@@ -52,28 +39,11 @@ Eigen::Map<const Eigen::Matrix<double, 24, 1>> Flat(const HexCorners& corners) {
   return Eigen::Map<const Eigen::Matrix<double, 24, 1>>(corners.data());
 }
 
-/// Force and energy at the element's rotation.
-void Load(const HexMatrix& stiffness, const HexCorners& rest, const HexCorners& current, TurnedElement& element) {
-  element.turned_back.noalias() = element.rotation.transpose() * current;
-  const HexCorners u = element.turned_back - rest;
-  Eigen::Map<Eigen::Matrix<double, 24, 1>>(element.force.data()).noalias() = stiffness * Flat(u);
-  element.energy = 0.5 * Flat(u).dot(Flat(element.force));
-}
-
 /// How the turned-back corners move when the rotation turns by ω: du_a = y_a × ω.
 Turn TurnOf(const HexCorners& y) {
   Turn turn;
   for (int a = 0; a < 8; ++a) turn.block<3, 3>(3 * a, 0) = Skew(y.col(a));
   return turn;
-}
-
-/// Second derivatives of the energy by ω; `stiff_turn` = K·turn.
-Matrix3d TurnStiffness(const Turn& turn, const Turn& stiff_turn, const TurnedElement& element) {
-  const Matrix3d outer = element.force * element.turned_back.transpose();
-  Matrix3d h = turn.transpose() * stiff_turn;
-  h += 0.5 * (outer + outer.transpose());
-  h.diagonal().array() -= outer.trace();
-  return h;
 }
 
 /// R M Rᵀ, block by block.
@@ -99,7 +69,11 @@ HexCorners Centred(const HexCorners& corners) {
 
 TurnedElement Unturned(const HexMatrix& stiffness, const HexCorners& rest, const HexCorners& current) {
   TurnedElement element;
-  Load(stiffness, Centred(rest), Centred(current), element);
+  const HexCorners from = Centred(rest);
+  element.turned_back = Centred(current);
+  const HexCorners u = element.turned_back - from;
+  Eigen::Map<Eigen::Matrix<double, 24, 1>>(element.force.data()).noalias() = stiffness * Flat(u);
+  element.energy = 0.5 * Flat(u).dot(Flat(element.force));
   return element;
 }
 
@@ -107,38 +81,42 @@ TurnedElement Turned(const HexMatrix& stiffness, const HexCorners& rest, const H
   const HexCorners from = Centred(rest);
   const HexCorners to = Centred(current);
   const Matrix3d spread = from * from.transpose();
+  const HexCorners weight = spread.inverse() * from;  // mean deformation F = Σ x_a weight_aᵀ
+  const Matrix3d deformation = to * weight.transpose();
   TurnedElement element;
-  element.rotation = PolarRotation(to * from.transpose() * spread.inverse());
-  Load(stiffness, from, to, element);
-  for (int n = 0; n < kMostTurns; ++n) {
-    Vector3d moment = Vector3d::Zero();
-    for (int a = 0; a < 8; ++a) moment += element.turned_back.col(a).cross(element.force.col(a));
-    const Turn turn = TurnOf(element.turned_back);
-    const Turn stiff_turn = stiffness * turn;
-    const Vector3d omega = TurnStiffness(turn, stiff_turn, element).inverse() * moment;
-    if (!(omega.squaredNorm() > kStill * kStill)) break;
-    TurnedElement next = element;
-    next.rotation = element.rotation * RotationBy(omega.norm() > 0.3 ? Vector3d(0.3 / omega.norm() * omega) : omega);
-    Load(stiffness, from, to, next);
-    // The energy is flat at its bottom: there the step itself says more than what rounding leaves of the descent.
-    if (omega.squaredNorm() > kSmallTurn * kSmallTurn && !(next.energy <= element.energy)) break;
-    element = next;
-    if (omega.squaredNorm() < 1e-14) break;  // quadratic: the next would be below rounding
-  }
+  element.rotation = PolarRotation(deformation);
+  element.turned_back.noalias() = element.rotation.transpose() * to;
+  const HexCorners u = element.turned_back - from;
+  Eigen::Map<Eigen::Matrix<double, 24, 1>>(element.force.data()).noalias() = stiffness * Flat(u);
+  element.energy = 0.5 * Flat(u).dot(Flat(element.force));
+  // F = R S: dω = (tr S I − S)⁻¹ Σ weight_a × (Rᵀ dx_a).
+  const Matrix3d stretch = element.rotation.transpose() * deformation;
+  const Matrix3d spin = (stretch.trace() * Matrix3d::Identity() - 0.5 * (stretch + stretch.transpose())).inverse();
+  for (int a = 0; a < 8; ++a) element.spin.block<3, 3>(0, 3 * a) = spin * Skew(weight.col(a));
+  Vector3d moment = Vector3d::Zero();
+  for (int a = 0; a < 8; ++a) moment += element.turned_back.col(a).cross(element.force.col(a));
+  Eigen::Map<Eigen::Matrix<double, 24, 1>>(element.force.data()).noalias() -= element.spin.transpose() * moment;
   return element;
 }
 
-HexMatrix TurnedTangent(const HexMatrix& stiffness, const TurnedElement& element) {
+HexMatrix ElementTangent(const HexMatrix& stiffness, const TurnedElement& element, ElasticTangent tangent) {
   const Turn turn = TurnOf(element.turned_back);
   Turn coupling = stiffness * turn;
-  const Matrix3d give = TurnStiffness(turn, coupling, element);
-  for (int a = 0; a < 8; ++a) coupling.block<3, 3>(3 * a, 0) -= Skew(element.force.col(a));
+  Matrix3d own = turn.transpose() * coupling;
+  if (tangent == ElasticTangent::kFull) {
+    Matrix3d lever = Matrix3d::Zero();
+    for (int a = 0; a < 8; ++a) {
+      const Matrix3d force = Skew(element.force.col(a));
+      coupling.block<3, 3>(3 * a, 0) -= force;
+      lever += force.transpose() * turn.block<3, 3>(3 * a, 0);
+    }
+    own -= 0.5 * (lever + lever.transpose());
+  }
+  coupling.noalias() += 0.5 * element.spin.transpose() * own;
   HexMatrix local = stiffness;
-  const Turn half = coupling * give.inverse();
-  local.noalias() -= half.lazyProduct(coupling.transpose());
+  const HexMatrix half = coupling.lazyProduct(element.spin);
+  local += half + half.transpose();
   return InStation(local, element.rotation);
 }
-
-HexMatrix FixedTangent(const HexMatrix& stiffness, const Matrix3d& rotation) { return InStation(stiffness, rotation); }
 
 }  // namespace annulus

@@ -6,13 +6,21 @@
 
 namespace annulus {
 
-/// An element in a deformed state: it is turned so that its strain energy is least. Then its inner forces have no
-/// moment, and the energy's gradient is that of a fixed rotation (envelope theorem).
+/// An element in a deformed state, seen turned back by the polar rotation of its mean deformation.
 struct TurnedElement {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< Turns the shape at rest into the deformed state.
-  HexCorners turned_back;                                  ///< Rᵀx about the corners' mean, mm.
-  HexCorners force;     ///< K(Rᵀx − X): inner forces, N, in the turned-back frame.
-  double energy = 0.0;  ///< ½ (Rᵀx − X)ᵀ K (Rᵀx − X), N·mm.
+  HexCorners turned_back;                                  ///< y = Rᵀx about the corners' mean, mm.
+  /// Derivative of the energy by x, N, turned back: K(y − X) and what the rotation's own change adds. Has no moment.
+  HexCorners force;
+  double energy = 0.0;  ///< ½ (y − X)ᵀ K (y − X), N·mm.
+  /// How the rotation follows the corners: ω = spin · Rᵀdx, turned back.
+  Eigen::Matrix<double, 3, 24> spin = Eigen::Matrix<double, 3, 24>::Zero();
+};
+
+/// Which second derivatives a step uses.
+enum class ElasticTangent {
+  kFull,         ///< With those of the rotation (but for the change of `spin`): may be indefinite under pressure.
+  kGaussNewton,  ///< Those of the strains alone: positive semidefinite, so that its step always leads down.
 };
 
 /// The corners about their mean.
@@ -21,14 +29,11 @@ struct TurnedElement {
 /// The element without turning: linear elasticity. `rest` and `current` are the corners, mm.
 [[nodiscard]] TurnedElement Unturned(const HexMatrix& stiffness, const HexCorners& rest, const HexCorners& current);
 
-/// The element turned: Newton's method on the rotation, from the polar rotation of its mean deformation.
+/// The element turned by its polar rotation.
 [[nodiscard]] TurnedElement Turned(const HexMatrix& stiffness, const HexCorners& rest, const HexCorners& current);
 
-/// Second derivatives of the element's least energy by its corners, station frame, N/mm: K less what the rotation
-/// gives way (Schur complement). May be indefinite under pressure.
-[[nodiscard]] HexMatrix TurnedTangent(const HexMatrix& stiffness, const TurnedElement& element);
-
-/// R K Rᵀ: the tangent at fixed rotation. Positive semidefinite; a step with it never raises the energy.
-[[nodiscard]] HexMatrix FixedTangent(const HexMatrix& stiffness, const Eigen::Matrix3d& rotation);
+/// Second derivatives of the element's energy by its corners, station frame, N/mm.
+[[nodiscard]] HexMatrix ElementTangent(const HexMatrix& stiffness, const TurnedElement& element,
+                                       ElasticTangent tangent);
 
 }  // namespace annulus

@@ -60,7 +60,7 @@ class Descent {
       const auto step = system_.Step(state_, ElasticTangent::kFull);
       if (step && Search(*step)) return true;
     }
-    const auto step = system_.Step(state_, ElasticTangent::kFixedRotation);
+    const auto step = system_.Step(state_, ElasticTangent::kGaussNewton);
     return step && Search(*step);
   }
 
@@ -97,7 +97,7 @@ Result<VectorXd> Admissible(const ElasticSystem& system) {
   VectorXd start = system.given();
   if (start.isZero(0.0)) return start;
   const ElasticState moved = system.At(start, ElasticMethod::kLinear);
-  const auto step = system.Step(moved, ElasticTangent::kFixedRotation);
+  const auto step = system.Step(moved, ElasticTangent::kGaussNewton);
   if (!step) {
     return Fail(kAttempted, "nothing holds it", "hold the inner surface or the rim of the region");
   }

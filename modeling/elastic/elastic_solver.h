@@ -39,7 +39,7 @@ struct ElasticProblem {
 /// How rotations are treated.
 enum class ElasticMethod {
   kLinear,       ///< They are small.
-  kCorotational  ///< Every element is turned so that its energy is least: large rotations, strains up to some 10 %.
+  kCorotational  ///< Every element is turned by its mean rotation: large rotations, strains up to some 10 %.
 };
 
 struct ElasticOptions {
@@ -66,8 +66,8 @@ struct ElasticSolution {
   std::vector<Eigen::Vector3d> inner;  ///< By node: the elements' force, N; at free nodes what acts there.
 };
 
-/// Equilibrium by Newton's method with line search on the potential energy; where the tangent is not positive definite
-/// a step at fixed rotations, which cannot raise the energy. The equations are solved by StackCholesky; movements asked
+/// Equilibrium by Newton's method with line search on the potential energy; where the tangent is not positive definite,
+/// by Gauss and Newton's. The equations are solved by StackCholesky; movements asked
 /// of pulls, and the length of threads, enter as updates of low rank (Woodbury). Deterministic, one thread. Fails on a
 /// material out of range, on elements inside out, on a body that is not held, and on a stop request.
 [[nodiscard]] Result<ElasticSolution> SolveElastic(const ElasticProblem& problem, const ElasticOptions& options,

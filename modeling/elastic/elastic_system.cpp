@@ -213,9 +213,7 @@ class ElasticSystem::PileSums {
     sum_.setZero();
     for (std::size_t level = 0; level + 1 < layers_; ++level) {
       const std::size_t e = pile * (layers_ - 1) + level;
-      const HexMatrix& rest = system_.stiffness_[e];
-      const HexMatrix tangent = tangent_ == ElasticTangent::kFull ? TurnedTangent(rest, state_.elements[e])
-                                                                  : FixedTangent(rest, state_.elements[e].rotation);
+      const HexMatrix tangent = ElementTangent(system_.stiffness_[e], state_.elements[e], tangent_);
       for (std::size_t b = 0; b < 8; ++b) {
         for (std::size_t a = 0; a < 8; ++a) {
           sum_.block<3, 3>(Row(a % 4, level + a / 4), Row(b % 4, level + b / 4)) +=

@@ -24,9 +24,6 @@ struct ElasticState {
   double potential = 0.0;         ///< N·mm
 };
 
-/// Which second derivatives of the elements a step uses.
-enum class ElasticTangent { kFull, kFixedRotation };
-
 /// A body's potential energy with its derivatives. Thread-bound.
 class ElasticSystem {
  public:
