@@ -161,7 +161,9 @@ TEST(ElasticEdit, BandBringsTheGirthThatIsAskedFor) {
   ASSERT_TRUE(edit) << edit.error().Text();
   const BandResult& result = edit->elastic->bands.at(0);
   EXPECT_GT(result.girth_before, 895.0);
-  EXPECT_NEAR(result.girth_after, 885.0, 0.5);
+  for (const FibreState& thread : edit->elastic->solution.fibres) EXPECT_NEAR(thread.length, 885.0, 1e-3);
+  // The surface is written in its own knots: its girth is off by no more than its radius is.
+  EXPECT_NEAR(result.girth_after, 885.0, 2.0 * kPi * edit->written->largest_error);
   EXPECT_NEAR(edit->girths[0].tape_after, result.girth_after, 0.2);
   EXPECT_GT(result.tension, 0.0);
   EXPECT_GE(result.pressure_largest, result.pressure_mean);

@@ -115,7 +115,8 @@ TEST(ElasticSolver, MeetsLameInAThickCylinder) {
   }
 }
 
-/// A beam along x, held at x = 0 so that it may grow thinner there as beam theory has it, with forces along z at its end that add up to `force`.
+/// A beam along x, held at x = 0 so that it may grow thinner there as beam theory has it, with forces along z at its
+/// end that add up to `force`.
 ElasticProblem Cantilever(double length, double side, std::size_t cells, const ElasticMaterial& material,
                           double force) {
   const GridShape shape{cells + 1, 3, 3, GridClosure::kOpen};
