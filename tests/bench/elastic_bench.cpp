@@ -1,6 +1,7 @@
 #include <benchmark/benchmark.h>
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <vector>
