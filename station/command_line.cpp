@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 5> kLater{{{"elastic", "reshape as an elastic body"},
-                                              {"wrinkly", "wrinkly surfaces"},
+constexpr std::array<LaterCommand, 4> kLater{{{"wrinkly", "wrinkly surfaces"},
                                               {"convert", "other file formats"},
                                               {"batch", "many scans at once"},
                                               {"support-bundle", "collect what support needs"}}};
@@ -97,7 +96,8 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddSlabCommand,    AddRegionCommand,    AddDistanceCommand, AddLandmarksCommand, AddMeasureCommand,
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
-        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,      AddFlattenCommand}) {
+        AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,      AddFlattenCommand,
+        AddElasticCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);
