@@ -106,7 +106,8 @@ class ClayMesh {
   [[nodiscard]] std::vector<PatchIndex> LeavesInOrder() const;
   /// The leaf that is just this part; kNoIndex: there is none.
   [[nodiscard]] PatchIndex LeafOf(const Part& part) const;
-  /// The largest distance between points that leaves should have in common, on their edges or slaved, mm; NaN if one is.
+  /// The largest distance between points that leaves should have in common, on their edges or slaved, mm; NaN if one
+  /// is.
   [[nodiscard]] double LargestGap() const;
   /// Splits until the part is a leaf or lies in leaves.
   void SplitTo(const Part& part);

@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kSpatulaLength = 3.0;  ///< Over its half width, where nothing else is said.
 constexpr double kLeafOverRadius = 0.5;
+constexpr double kMostSteps = 1000.0;  ///< Of a hole, and of a line in radii.
 
 Status OutOfRange(const std::string& operation, const std::string& name, double value, const char* range) {
   return Fail(fmt::format("perform '{}' on the clay", operation), fmt::format("{} is {:g}", name, value),
@@ -119,7 +120,9 @@ class Performer {
     if (act.how != HoleAct::How::kMake) return Widen(act);
     // Step by step, as a finger does: each time the bottom is where the last step left it.
     const double step = 0.5 * act.hold.radius_mm;
-    const int steps = std::max(1, static_cast<int>(std::ceil(act.depth_mm / step)));
+    const double needed = std::max(1.0, std::ceil(act.depth_mm / step));
+    RETURN_IF_ERROR(Ranges("hole").Within("depth_mm over half of radius_mm", needed, 1.0, kMostSteps).status());
+    const int steps = static_cast<int>(needed);
     for (int n = 0; n < steps; ++n) {
       RETURN_IF_ERROR(Stroke(Holds(act.hold), [&](const ToolHold& hold, ClayStroke& stroke) {
         ToolPlace place = PlaceOf(body_, hold, 2.0 * act.hold.radius_mm);
@@ -181,6 +184,12 @@ class Performer {
       return Fail("perform 'line' on the clay", fmt::format("its path has {} places", act.path.size()),
                   "give two or more");
     }
+    double length = 0.0;
+    for (std::size_t n = 0; n + 1 < act.path.size(); ++n) {
+      length += (body_.Point(act.path[n + 1]) - body_.Point(act.path[n])).norm();
+    }
+    RETURN_IF_ERROR(
+        Ranges("line").Within("its length over radius_mm", length / act.radius_mm, 0.0, kMostSteps).status());
     return act.how == LineAct::How::kDraw ? Draw(act) : Erase(act);
   }
 

@@ -1,5 +1,7 @@
 #include "modeling/clay/clay_region.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <unordered_set>
@@ -11,6 +13,7 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kDeepest = 10;
+constexpr std::size_t kMostMade = 20'000;
 
 AlignedBox3d BoxOf(const ClayPatch& patch) {
   AlignedBox3d box;
@@ -58,7 +61,8 @@ ClayRegion WholeBody(const ClayMesh& mesh) {
   return region;
 }
 
-void RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& centre, double radius, double size) {
+Status RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& centre, double radius, double size) {
+  const std::size_t most = body.mesh().leaf_count() + kMostMade;
   for (bool cut = true; cut;) {
     cut = false;
     const ClayRegion region = RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius);
@@ -69,8 +73,13 @@ void RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& ce
       if (box.sizes().maxCoeff() <= size || box.squaredExteriorDistance(centre) > radius * radius) continue;
       body.Split(index);
       cut = true;
+      if (body.mesh().leaf_count() <= most) continue;
+      return Fail("cut the clay as fine as the tool needs it",
+                  fmt::format("leaves of {:g} mm within {:g} mm are more than {}", size, radius, kMostMade),
+                  "take a larger tool, or let it reach less far");
     }
   }
+  return {};
 }
 
 }  // namespace annulus

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "base/result.h"
 #include "modeling/clay/clay_body.h"
 
 namespace annulus {
@@ -23,8 +24,8 @@ struct ClayRegion {
 
 /// Cuts the leaves within `radius` mm of `centre` that hang together with the address, until none is larger than `size`
 /// mm (the longest side of its box) or cut more than ten times. Paper 004, §2.1: where the tool is smaller than a
-/// patch.
-void RefineAround(ClayBody& body, const ClayAddress& address, const Eigen::Vector3d& centre, double radius,
-                  double size);
+/// patch. Fails if that makes more than 20,000 leaves more; the surface is what it was.
+Status RefineAround(ClayBody& body, const ClayAddress& address, const Eigen::Vector3d& centre, double radius,
+                    double size);
 
 }  // namespace annulus

@@ -8,9 +8,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Refined, and then looked at: the vertices that the stroke's places hold, each once.
-std::vector<VertexIndex> VerticesOf(ClayBody& body, const std::vector<StrokePlace>& places) {
-  for (const StrokePlace& place : places) RefineAround(body, place.at, place.centre, place.radius_mm, place.leaf_mm);
+/// The vertices that the stroke's places hold, each once.
+std::vector<VertexIndex> VerticesOf(const ClayBody& body, const std::vector<StrokePlace>& places) {
   if (places.empty()) return WholeBody(body.mesh()).vertices;
   std::vector<VertexIndex> vertices;
   std::unordered_set<VertexIndex> seen;
@@ -74,6 +73,9 @@ std::vector<GroupMotion> MotionsOf(const ClayMesh& mesh, const std::vector<Verte
 }
 
 Result<ClayChange> Carry(ClayBody& body, const ClayStroke& stroke, const MaskWeight& mask) {
+  for (const StrokePlace& place : stroke.places) {
+    RETURN_IF_ERROR(RefineAround(body, place.at, place.centre, place.radius_mm, place.leaf_mm));
+  }
   const std::vector<VertexIndex> vertices = VerticesOf(body, stroke.places);
   ClayDeformation deformation;
   deformation.direct = MotionsOf(body.mesh(), vertices, stroke.direct, mask);

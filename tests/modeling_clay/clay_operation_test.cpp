@@ -188,6 +188,11 @@ TEST(ClayOperation, NamesTheParameterThatIsOutOfItsRange) {
   EXPECT_NE(seen(ShaveAct{hold, 0.1}).find("radius_mm is -1"), std::string::npos);
   EXPECT_NE(seen(LineAct{}).find("its path has 0 places"), std::string::npos);
   EXPECT_NE(seen(TwistAct{}).find("no length"), std::string::npos);
+  hold = OnTop(0.01);
+  EXPECT_NE(seen(PushAct{hold, 0.001, 1, 90.0}).find("are more than 20000"), std::string::npos);
+  HoleAct hole;
+  hole.hold = OnTop(1e-6);
+  EXPECT_NE(seen(hole).find("over half of radius_mm is"), std::string::npos);
   EXPECT_EQ(body.volume(), Body(ClayBlock()).volume());
 }
 
