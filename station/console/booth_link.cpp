@@ -264,7 +264,8 @@ class LinkThread final : public BoothLink {
     const bool technician = one.role == BoothRole::kTechnician;
     if (technician) technician_asked_ = clock_.Now();
     if (technician && role_ != BoothRole::kTechnician && !Connect(BoothRole::kTechnician, stop)) return Away(why());
-    // We only look on if somebody else had control when we came, perhaps a session of ours that boothd has missed since.
+    // We only look on if somebody else had control when we came, perhaps a session of ours that boothd has missed
+    // since.
     const bool looks_on = !client_->controls() && !std::holds_alternative<CancelOrder>(one.order);
     if (looks_on && !Connect(role_, stop)) return Away(why());
     const nanoseconds left = one.deadline - clock_.Now();

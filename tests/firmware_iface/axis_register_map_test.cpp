@@ -1,5 +1,4 @@
 #include "firmware_iface/axis_register_map.h"
-#include "tests/support/folders.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,8 @@
 #include <set>
 #include <sstream>
 #include <string>
+
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {

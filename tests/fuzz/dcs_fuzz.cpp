@@ -1,5 +1,5 @@
-/// The reader of lab traces. Beyond "no crash": what is accepted is written as a file that reads back to the same job, a
-/// refusal is one line.
+/// The reader of lab traces. Beyond "no crash": what is accepted is written as a file that reads back to the same job,
+/// a refusal is one line.
 #include <cstdint>
 #include <string>
 #include <string_view>

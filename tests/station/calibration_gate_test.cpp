@@ -128,7 +128,8 @@ TEST_F(CalibrationGateTest, AnUncalibratedRingIsRefusedOrMarkedAsTheBoothWantsIt
   config_.ring.bus = RingBus::kUsb;
   const Status real = Ask();
   ASSERT_FALSE(real);
-  EXPECT_EQ(real.error().seen, "the ring is not calibrated: none was accepted at the console, and [calibration] file names none");
+  EXPECT_EQ(real.error().seen,
+            "the ring is not calibrated: none was accepted at the console, and [calibration] file names none");
   EXPECT_THAT(real.error().advice, HasSubstr("annulus calibrate"));
   config_.calibration.uncalibrated = Uncalibrated::kMark;
   EXPECT_TRUE(Ask());

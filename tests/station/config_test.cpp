@@ -1,8 +1,9 @@
 #include "station/config.h"
-#include "tests/support/folders.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {

@@ -1,11 +1,12 @@
 #include "station/look_file.h"
-#include "tests/support/folders.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <iterator>
 #include <string>
+
+#include "tests/support/folders.h"
 
 namespace annulus {
 namespace {

@@ -16,8 +16,8 @@ TruthComparison Row(ComparisonGroup group, double measured, double truth, double
 
 TEST(TruthTable, TheLargestErrorsAreThoseOfGirthsAndVolumes) {
   const std::vector<TruthComparison> rows{Row(ComparisonGroup::kFoundLevel, 900.5, 900.0, 1.0),
-                                     Row(ComparisonGroup::kTrueLevel, 898.75, 900.0, 1.0),
-                                     Row(ComparisonGroup::kVolume, 20.05, 20.0, 0.1)};
+                                          Row(ComparisonGroup::kTrueLevel, 898.75, 900.0, 1.0),
+                                          Row(ComparisonGroup::kVolume, 20.05, 20.0, 0.1)};
   EXPECT_DOUBLE_EQ(LargestGirthError(rows), 1.25);
   EXPECT_NEAR(LargestVolumeError(rows), 0.0025, 1e-12);
 }
