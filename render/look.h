@@ -22,7 +22,7 @@ struct LensLook {
   double lower_transmittance = 0.85;         ///< At the lower edge; equal: no gradient.
   LensCoating coating = LensCoating::kAntiReflective;
   LinearRgb mirror = LinearRgb(0.45F, 0.50F, 0.60F);  ///< kMirror only.
-  double power = 0.0;                                 ///< D: where no prescription says more, −30 … 30.
+  double power = 0.0;  ///< D: where no prescription says more, −30 … 30.
 };
 
 /// A colour laid on the skin.

@@ -98,8 +98,7 @@ struct Config {
   SimConfig sim;
 };
 
-/// Where boothd leaves its recordings: [store] recordings, or recordings in the folder; "" if there is no folder
-/// either.
+/// Where boothd leaves its recordings: [store] recordings, or recordings in the folder; "" if there is no folder either.
 [[nodiscard]] std::string RecordingsFolder(const StoreConfig& store);
 
 /// The calibration in force: [calibration] file, or calibration.json beside boothd's recordings, the one folder that
