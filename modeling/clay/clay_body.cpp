@@ -117,11 +117,17 @@ std::optional<std::vector<PatchIndex>> ClayBody::LeavesSince(std::size_t count) 
   return std::vector<PatchIndex>(log_.begin() + static_cast<std::ptrdiff_t>(count - first_change_), log_.end());
 }
 
-Result<ClayBody::Solution> ClayBody::Solve(const ClayTrial& trial) {
-  Cubic excess = trial.VolumeAlong(apex_);
+Cubic ClayBody::VolumeWith(const ClayTrial& trial) const {
+  Cubic all = trial.VolumeAlong(apex_);
   double rest = volume();
   for (const PatchIndex index : trial.touched()) rest -= cones_.Get(index);
-  excess.c[0] += rest - kept_;
+  all.c[0] += rest;
+  return all;
+}
+
+Result<ClayBody::Solution> ClayBody::Solve(const ClayTrial& trial) {
+  Cubic excess = VolumeWith(trial);
+  excess.c[0] -= kept_;
   const std::vector<double> roots = RealRoots(excess);
   if (roots.empty()) {
     return Fail(
@@ -169,6 +175,8 @@ Result<ClayChange> ClayBody::Deform(const ClayDeformation& deformation, VolumeRu
     slope = solution->slope;
   } else if (std::string trouble = embedding_.Trouble(mesh_, marks_, trial, 0.0); !trouble.empty()) {
     return Fail(kAttempted, std::move(trouble), "make the operation smaller, or act in several steps");
+  } else if (!(VolumeWith(trial).At(0.0) > 0.0)) {
+    return Fail(kAttempted, "nothing would be left of the body", "make the operation smaller");
   }
   Commit(trial, change.k);
   if (rule == VolumeRule::kKept) {

@@ -84,6 +84,8 @@ class ClayBody {
     double k = 0.0;
     double slope = 0.0;
   };
+  /// Of the whole body, mm³, as a polynomial of the trial's k.
+  [[nodiscard]] Cubic VolumeWith(const ClayTrial& trial) const;
   Result<Solution> Solve(const ClayTrial& trial);
 
   ClayMesh mesh_;

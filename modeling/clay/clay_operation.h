@@ -133,7 +133,6 @@ struct ClayPractice {
   bool mirrored = false;        ///< Each act that has a place acts at its image beyond x = 0, too.
   std::vector<ClayMask> masks;  ///< Where they were when the practice began is not remembered: they move with the skin.
   double merge_mm = 1e-9;       ///< Patches that differ by less from an undivided one are merged.
-  bool coplanar = false;        ///< Linked groups are pressed into their plane first (paper 004, §2.3).
 };
 
 /// What an operation did, mm and mm³.
