@@ -51,8 +51,8 @@ class WrinklySurface {
   [[nodiscard]] double largest_height() const { return largest_height_; }
 
   /// All attributes at a place of the grid of `depth` iterations as `iterations` <= depth shuffle them (eq. 12); with
-  /// fewer than depth, the finer digits are the offset within. Requires values.size() == attribute_count(), and
-  /// depth == iterations where `structure` is given.
+  /// fewer than depth, the finer digits are the offset within. Requires values.size() == attribute_count(), or 1 for
+  /// the height alone.
   void Values(const MeshPlace& place, int depth, double iterations, std::span<float> values) const;
   /// The height alone, mm.
   [[nodiscard]] double Height(const MeshPlace& place, int depth, double iterations) const;
