@@ -74,9 +74,9 @@ TEST(SampleSurface, ConvergesToTheSmoothSurfaceWithoutIterations) {
 TEST(SampleSurface, LeavesNoGapBetweenCellsOfDifferentSizes) {
   for (const std::string kind : {"near", "far"}) {
     SamplingOptions options;
-    options.view = ViewFrom(kind == "near" ? 60.0 : 400.0);
-    options.view->half_height = 5.0;  // so wide that all is in the picture
-    options.triangle_px = kind == "near" ? 1.5 : 0.4;
+    options.view = ViewFrom(kind == "near" ? 130.0 : 400.0);
+    options.view->half_height = 2.0;  // so wide that all is in the picture
+    options.triangle_px = kind == "near" ? 3.0 : 1.0;
     const WrinklyMesh mesh = SampleSurface(RoughTorus(2.0), options, {}).value();
     EXPECT_GT(mesh.deepest, mesh.shallowest);
     EXPECT_EQ(CountOpenEdges(InDoubles(mesh)), 0U) << kind;
@@ -153,7 +153,7 @@ TEST(SampleSurface, KeepsTheNumberOfTrianglesInAZoomOfAThousand) {
     SamplingOptions options;
     options.view = zoom.view;
     options.view->near_mm = 1e-3;
-    options.triangle_px = 8.0;
+    options.triangle_px = 16.0;
     // Flat, so that the distance of what is seen is that of the sheet: heights stay in the values.
     ControlMeshParts flat = zoom.surface.mesh().parts();
     flat.values.setZero();
