@@ -2,28 +2,60 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 namespace annulus {
 namespace {
 
+/// What stands for the points beyond a boundary.
+enum class Beyond { kMirrored, kRepeated };
+
+/// A cell's corner or a mirrored point; the point that it was mirrored from is its first share.
+PointShares Taken(const PointShares& shares, Beyond beyond) {
+  if (beyond == Beyond::kMirrored) return shares;
+  return {{shares.front().point, 1.0}};
+}
+
+/// The mean of a cell's corners.
+PointShares CentroidOf(const MeshCell& cell, Beyond beyond) {
+  PointShares sum;
+  for (const PointShares& corner : cell.corners) {
+    const PointShares taken = Taken(corner, beyond);
+    sum.insert(sum.end(), taken.begin(), taken.end());
+  }
+  for (PointShare& share : sum) share.weight /= static_cast<double>(cell.corners.size());
+  return Merged(std::move(sum));
+}
+
 /// Halfway from a control point to what is beyond one of its sides.
-PointShares SidePoint(const ControlMesh& mesh, PointIndex point, std::size_t direction) {
+PointShares SidePoint(const ControlMesh& mesh, PointIndex point, std::size_t direction, Beyond beyond) {
   const std::uint8_t slot = mesh.SlotOf(point, direction);
   const ControlLink& link = mesh.parts().points[ControlMesh::Index(point)].link[slot];
-  PointShares beyond;
-  switch (link.kind) {
-    case ControlLink::Kind::kPoint:
-      beyond = {{link.point, 1.0}};
-      break;
-    case ControlLink::Kind::kBoundary:
-      beyond = mesh.Mirrored(point, slot);
-      break;
-    case ControlLink::Kind::kClosed:
-      return CentroidOf(mesh.cells()[static_cast<std::size_t>(mesh.CellOf(point, direction))]);
+  if (link.kind == ControlLink::Kind::kClosed) {
+    return CentroidOf(mesh.cells()[static_cast<std::size_t>(mesh.CellOf(point, direction))], beyond);
   }
-  for (PointShare& share : beyond) share.weight *= 0.5;
-  beyond.push_back({point, 0.5});
-  return Merged(std::move(beyond));
+  const bool is_point = link.kind == ControlLink::Kind::kPoint;
+  PointShares shares = is_point ? PointShares{{link.point, 1.0}} : Taken(mesh.Mirrored(point, slot), beyond);
+  for (PointShare& share : shares) share.weight *= 0.5;
+  shares.push_back({point, 0.5});
+  return Merged(std::move(shares));
+}
+
+PatchNet MakeNet(const ControlMesh& mesh, PointIndex point, Beyond beyond) {
+  const auto corner = [&](std::size_t k) {
+    return CentroidOf(mesh.cells()[static_cast<std::size_t>(mesh.CellOf(point, k))], beyond);
+  };
+  PatchNet net;
+  net[1][1] = {{point, 1.0}};
+  net[2][2] = corner(0);
+  net[0][2] = corner(1);
+  net[0][0] = corner(2);
+  net[2][0] = corner(3);
+  net[2][1] = SidePoint(mesh, point, 0, beyond);
+  net[1][2] = SidePoint(mesh, point, 1, beyond);
+  net[0][1] = SidePoint(mesh, point, 2, beyond);
+  net[1][0] = SidePoint(mesh, point, 3, beyond);
+  return net;
 }
 
 }  // namespace
@@ -49,21 +81,8 @@ PointShares CentroidOf(const MeshCell& cell) {
   return Merged(std::move(sum));
 }
 
-PatchNet NetOf(const ControlMesh& mesh, PointIndex point) {
-  const auto corner = [&](std::size_t k) {
-    return CentroidOf(mesh.cells()[static_cast<std::size_t>(mesh.CellOf(point, k))]);
-  };
-  PatchNet net;
-  net[1][1] = {{point, 1.0}};
-  net[2][2] = corner(0);
-  net[0][2] = corner(1);
-  net[0][0] = corner(2);
-  net[2][0] = corner(3);
-  net[2][1] = SidePoint(mesh, point, 0);
-  net[1][2] = SidePoint(mesh, point, 1);
-  net[0][1] = SidePoint(mesh, point, 2);
-  net[1][0] = SidePoint(mesh, point, 3);
-  return net;
-}
+PatchNet NetOf(const ControlMesh& mesh, PointIndex point) { return MakeNet(mesh, point, Beyond::kMirrored); }
+
+PatchNet ValueNetOf(const ControlMesh& mesh, PointIndex point) { return MakeNet(mesh, point, Beyond::kRepeated); }
 
 }  // namespace annulus

@@ -15,11 +15,11 @@ using PatchNet = std::array<std::array<PointShares, 3>, 3>;
 /// centroid three times (figs. 10 b–d). Raised to bicubic this is the net with (c + 2e)/3 and (c + 2e_u + 2e_v + 4p)/9;
 /// on a regular mesh it is the biquadratic B-spline. Requires HasPatch(point).
 [[nodiscard]] PatchNet NetOf(const ControlMesh& mesh, PointIndex point);
+/// The same for what points carry: beyond a boundary there is what is at the boundary, so that nothing exceeds what was
+/// given.
+[[nodiscard]] PatchNet ValueNetOf(const ControlMesh& mesh, PointIndex point);
 
 /// `shares` with every point once, in ascending order.
 [[nodiscard]] PointShares Merged(PointShares shares);
-
-/// The mean of a cell's corners.
-[[nodiscard]] PointShares CentroidOf(const MeshCell& cell);
 
 }  // namespace annulus

@@ -27,6 +27,27 @@ bool SamePlace(const MeshPlace& a, const MeshPlace& b) {
          a.v_rest == b.v_rest;
 }
 
+/// One coordinate of a place on a grid of `from` parts, on one of `to` parts; one is a multiple of the other.
+void Regrid(std::uint32_t& code, double& rest, std::uint32_t from, std::uint32_t to) {
+  if (to < from) {
+    const std::uint32_t finer = from / to;
+    rest = (code % finer + rest) / finer;
+    code /= finer;
+  } else if (to > from) {
+    const std::uint32_t finer = to / from;
+    const double at = rest * finer;
+    const auto part = std::min(static_cast<std::uint32_t>(at), finer - 1);
+    code = code * finer + part;
+    rest = at - part;
+  }
+}
+
+MeshPlace OnGrid(MeshPlace place, const MeshShuffle& from, const MeshShuffle& to) {
+  Regrid(place.u_code, place.u_rest, from.u().parts(), to.u().parts());
+  Regrid(place.v_code, place.v_rest, from.v().parts(), to.v().parts());
+  return place;
+}
+
 /// The transformations of 0, 1, … iterations of these crossings, as far as they can be made and at most `most`.
 Result<std::vector<MeshShuffle>> LevelsOf(const ControlMesh& mesh, const WrinklyOptions& options) {
   std::vector<MeshShuffle> levels;
@@ -66,6 +87,7 @@ Result<WrinklySurface> WrinklySurface::Make(ControlMesh mesh, const WrinklyOptio
   WrinklySurface surface(std::move(kept), std::move(*base));
   surface.levels_ = std::move(*levels);
   surface.u_then_v_ = options.u_then_v;
+  surface.blend_ = options.blend;
   surface.FillNets();
   return surface;
 }
@@ -76,7 +98,7 @@ void WrinklySurface::FillNets() {
   nets_.assign(parts.points.size() * count * kNetSize, 0.0F);
   for (std::size_t k = 0; k < parts.points.size(); ++k) {
     if (parts.points[k].temporary) continue;
-    const PatchNet shares = NetOf(*mesh_, static_cast<PointIndex>(k));
+    const PatchNet shares = ValueNetOf(*mesh_, static_cast<PointIndex>(k));
     for (std::size_t at = 0; at < kNetSize; ++at) {
       for (std::size_t attribute = 0; attribute < count; ++attribute) {
         double value = 0.0;
@@ -99,10 +121,20 @@ std::optional<std::size_t> WrinklySurface::AttributeNamed(std::string_view name)
 
 void WrinklySurface::Values(const MeshPlace& place, int depth, double iterations, std::span<float> values) const {
   std::fill(values.begin(), values.end(), 0.0F);
-  const double whole = std::floor(iterations);
+  const int whole = static_cast<int>(std::floor(iterations));
   const double part = iterations - whole;
-  AddLevel(place, depth, static_cast<int>(whole), 1.0 - part, values);
-  if (part > 0.0) AddLevel(place, depth, static_cast<int>(whole) + 1, part, values);
+  const auto add = [&](int k, double weight) {
+    if (weight > 0.0) AddLevel(place, depth, std::clamp(k, 0, most_iterations()), weight, values);
+  };
+  if (blend_ == LevelBlend::kTwo) {
+    add(whole, 1.0 - part);
+    add(whole + 1, part);
+    return;
+  }
+  add(whole - 1, 0.25 * (1.0 - part));
+  add(whole, 0.25 * (2.0 - part));
+  add(whole + 1, 0.25 * (1.0 + part));
+  add(whole + 2, 0.25 * part);
 }
 
 double WrinklySurface::Height(const MeshPlace& place, int depth, double iterations) const {
@@ -119,15 +151,7 @@ void WrinklySurface::SmoothValues(PointIndex patch, double u, double v, std::spa
 void WrinklySurface::AddLevel(const MeshPlace& place, int depth, int iterations, double weight,
                               std::span<float> values) const {
   const MeshShuffle& shuffle = level(iterations);
-  MeshPlace at = place;
-  if (iterations < depth) {
-    const std::uint32_t finer_u = level(depth).u().parts() / shuffle.u().parts();
-    const std::uint32_t finer_v = level(depth).v().parts() / shuffle.v().parts();
-    at.u_code = place.u_code / finer_u;
-    at.v_code = place.v_code / finer_v;
-    at.u_rest = (place.u_code % finer_u + place.u_rest) / finer_u;
-    at.v_rest = (place.v_code % finer_v + place.v_rest) / finer_v;
-  }
+  const MeshPlace at = OnGrid(place, level(depth), shuffle);
   const MeshPlace first = shuffle.Source(at, ShuffleOrder::kUThenV);
   const MeshPlace second = shuffle.Source(at, ShuffleOrder::kVThenU);
   if (SamePlace(first, second)) return AddSmooth(first, shuffle, weight, values);

@@ -16,6 +16,12 @@
 
 namespace annulus {
 
+/// How values at a number of iterations between whole ones are made.
+enum class LevelBlend {
+  kTwo,   ///< (1 − t)·h_K + t·h_{K+1}: at whole K the paper's surface.
+  kFour,  ///< (1 − t, 2 − t, 1 + t, t)/4 of K − 1 … K + 2: half as large steps in a zoom, never a single K.
+};
+
 /// How a control mesh becomes a wrinkly surface.
 struct WrinklyOptions {
   /// M_U and M_V of every iteration (paper 003, §2.2). `structure`, if given, has an M for each iteration instead, the
@@ -25,6 +31,7 @@ struct WrinklyOptions {
   std::vector<int> structure{};
   double u_then_v = 0.5;  ///< α_0 of eq. 12, 0 … 1; α_1 = 1 − α_0.
   CornerJoin join = CornerJoin::kPaper;
+  LevelBlend blend = LevelBlend::kTwo;
 };
 
 /// A wrinkly surface R(t) = P(t) + [P_IST(H)](t) · N(t) (paper 003, eq. 15), and everything else that its control
@@ -47,12 +54,14 @@ class WrinklySurface {
   [[nodiscard]] std::size_t attribute_count() const { return mesh_->parts().attributes.size(); }
   /// Of an attribute's name.
   [[nodiscard]] std::optional<std::size_t> AttributeNamed(std::string_view name) const;
+  /// α_0 of eq. 12.
+  [[nodiscard]] double u_then_v() const { return u_then_v_; }
   /// The largest |height| that any place can have, mm.
   [[nodiscard]] double largest_height() const { return largest_height_; }
 
-  /// All attributes at a place of the grid of `depth` iterations as `iterations` <= depth shuffle them (eq. 12); with
-  /// fewer than depth, the finer digits are the offset within. Requires values.size() == attribute_count(), or 1 for
-  /// the height alone.
+  /// All attributes at a place of the grid of `depth` iterations as `iterations` of them (0 … most_iterations())
+  /// shuffle it (eq. 12): with fewer, the finer digits are the offset within, with more, the offset has them. Requires
+  /// values.size() == attribute_count(), or 1 for the height alone.
   void Values(const MeshPlace& place, int depth, double iterations, std::span<float> values) const;
   /// The height alone, mm.
   [[nodiscard]] double Height(const MeshPlace& place, int depth, double iterations) const;
@@ -69,6 +78,7 @@ class WrinklySurface {
   std::unique_ptr<const ControlMesh> mesh_;  ///< On the heap: levels borrow it.
   BaseSurface base_;
   std::vector<MeshShuffle> levels_;
+  LevelBlend blend_ = LevelBlend::kTwo;
   double u_then_v_ = 0.5;
   double largest_height_ = 0.0;
   std::vector<float> nets_;  ///< Patch by patch, attribute by attribute: 3 × 3 as in PatchNet.
