@@ -64,7 +64,7 @@ Result<ControlMeshParts> NetOfSurface(const SplineSurface& surface, const Surfac
                             net.z_min, net.z_max),
                 fmt::format("use 3 or more of both, within {} to {} mm", surface.z_min(), surface.z_max()));
   }
-  const bool around = net.theta_over >= 2.0 * std::numbers::pi - 1e-9;
+  const bool around = net.theta_over >= 2.0 * std::numbers::pi - 1e-3;
   auto parts = MakeNet(RegularNet{net.columns, net.rows, around ? AxisKind::kCyclic : AxisKind::kOpen});
   if (!parts) return Fail(parts);
   std::vector<Vector3d> middles;
@@ -74,7 +74,11 @@ Result<ControlMeshParts> NetOfSurface(const SplineSurface& surface, const Surfac
           net.theta_from + (around ? 2.0 * std::numbers::pi : net.theta_over) * (column + 0.5) / net.columns;
       const double z = net.z_min + (net.z_max - net.z_min) * (row + 0.5) / net.rows;
       middles.push_back(surface.Point(theta, z));
-      parts->points[middles.size() - 1].position = middles.back();
+      ControlPoint& point = parts->points[middles.size() - 1];
+      point.position = middles.back();
+      if (net.top == SurfaceNet::Top::kClosed && row + 1 == net.rows) {
+        point.link[1].kind = ControlLink::Kind::kClosed;
+      }
     }
   }
   return ThroughMiddles(std::move(*parts), middles);

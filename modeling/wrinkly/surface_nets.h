@@ -14,7 +14,9 @@ struct SurfaceNet {
   double z_min = 0.0;          ///< mm
   double z_max = 0.0;          ///< mm
   double theta_from = 0.0;     ///< rad
-  double theta_over = 6.2832;  ///< rad, > 0; 2 pi or more: all around, columns cyclic.
+  double theta_over = 6.2832;  ///< rad, > 0; 2 pi or more (to 1e-3): all around, columns cyclic.
+  /// What is above the last row: nothing, or a closed side, so that a net all around ends as a ring net does.
+  enum class Top { kOpen, kClosed } top = Top::kOpen;
 };
 
 /// A regular net whose base surface touches r(θ, z) in the middle of every patch; U runs along θ, V along z, heights 0.
