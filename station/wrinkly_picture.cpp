@@ -41,6 +41,34 @@ SceneItem BallItem(const BearBall& ball) {
   return item;
 }
 
+/// The base surface itself, dark, under fur through which one sees.
+SceneItem SkinItem(const WrinklySurface& surface) {
+  constexpr std::uint32_t kSteps = 6;
+  SceneItem item;
+  item.group = "skin";
+  item.material.finish = Finish::kMatte;
+  item.material.colour = LinearRgb(0.06F, 0.035F, 0.02F);
+  const ControlMesh& mesh = surface.mesh();
+  for (std::size_t k = 0; k < mesh.size(); ++k) {
+    const auto patch = static_cast<PointIndex>(k);
+    if (!mesh.HasPatch(patch)) continue;
+    const auto first = static_cast<std::uint32_t>(item.mesh.vertices.size());
+    for (std::uint32_t i = 0; i <= kSteps; ++i) {
+      for (std::uint32_t j = 0; j <= kSteps; ++j) {
+        const SurfacePoint at =
+            surface.base().At(patch, static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps);
+        item.mesh.vertices.push_back(at.point);
+        item.normals.push_back(surface.base().NormalAt(patch, at));
+        if (i == kSteps || j == kSteps) continue;
+        const std::uint32_t corner = first + i * (kSteps + 1) + j;
+        item.mesh.faces.push_back({corner, corner + kSteps + 1, corner + kSteps + 2});
+        item.mesh.faces.push_back({corner, corner + kSteps + 2, corner + 1});
+      }
+    }
+  }
+  return item;
+}
+
 Eigen::AlignedBox3d BoundsOf(const WrinklySource& source, const WrinklySurface& surface) {
   Eigen::AlignedBox3d box;
   for (std::size_t k = 0; k < source.mesh.size(); ++k) {
@@ -49,7 +77,7 @@ Eigen::AlignedBox3d BoundsOf(const WrinklySource& source, const WrinklySurface& 
       for (const Eigen::Vector3d& point : row) box.extend(point);
     }
   }
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(surface.largest_height());
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(std::max(surface.highest_height(), -surface.lowest_height()));
   box.extend(box.max() + reach);
   box.extend(box.min() - reach);
   for (const Eigen::Vector3d& vertex : source.beside.vertices) box.extend(vertex);
@@ -159,6 +187,7 @@ Result<WrinklyPicture> TakeWrinklyPicture(const WrinklySource& source, const Wri
   scene.items.push_back(WrinklyItem(surface, std::move(*mesh)));
   picture.triangles = scene.items.front().mesh.faces.size();
   for (const BearBall& ball : source.balls) scene.items.push_back(BallItem(ball));
+  if (source.beside.faces.empty() && surface.AttributeNamed("opacity")) scene.items.push_back(SkinItem(surface));
   if (!source.beside.faces.empty()) {
     SceneItem body;
     body.mesh = source.beside;

@@ -24,7 +24,7 @@ struct WrinklyPictureOptions {
   double zoom = 1.0;  ///< Times larger than the whole.
   double at_x = 0.5;  ///< What of the whole picture is in the middle of the zoomed one: shares from its left and top.
   double at_y = 0.5;
-  double triangle_px = 1.5;
+  double triangle_px = 2.5;
   std::optional<double> iterations{};  ///< At most this many; 0 is the smooth surface.
   RenderMethod method = RenderMethod::kZBuffer;
   int supersampling = 2;

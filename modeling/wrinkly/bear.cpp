@@ -138,7 +138,7 @@ Bear MakeBear(std::uint64_t seed) {
   Bear bear;
   bear.mesh = tree.Parts();
   Dress(bear.mesh, kBody.size() * kBodyColumns, seed);
-  bear.balls = {{{19, 56, 224}, 5.5}, {{-19, 56, 224}, 5.5}, {{0, 82, 207}, 7.0}};
+  bear.balls = {{{20, 65, 227}, 6.5}, {{-20, 65, 227}, 6.5}, {{0, 84, 207}, 8.0}};
   return bear;
 }
 

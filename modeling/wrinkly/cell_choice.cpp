@@ -19,6 +19,7 @@ constexpr int kDitherDigits = 4;
 /// A cell as it lies in space.
 struct CellSize {
   Vector3d middle = Vector3d::Zero();
+  Vector3d normal = Vector3d::UnitZ();
   double side_a = 0.0;  ///< Longest of either kind of side, mm.
   double side_b = 0.0;
 };
@@ -36,9 +37,7 @@ class ScreenChooser {
   CellChoice operator()(const GridCell& cell) const {
     const CellSize size = SizeOf(cell);
     const Vector3d middle = view_.camera_from_station * (size.middle - view_.eye_in_station);
-    // Half of the diagonal, and as much again where the sides are bent.
-    const double reach = (cell.depth <= kCurvedDepth ? 1.0 : 0.6) * (size.side_a + size.side_b);
-    if (!IsSeen(middle, reach + grid_.surface().largest_height())) return {CellChoice::Kind::kGone, 0.0F};
+    if (!IsSeen(cell, size, middle)) return {CellChoice::Kind::kGone, 0.0F};
     const double pixels = std::max(size.side_a, size.side_b) * Scale(middle.z());
     const auto cut = cell.depth < grid_.finest() ? grid_.Cut(cell.depth) : std::array<std::uint32_t, 2>{1, 1};
     if (cell.depth < grid_.finest() && IsCut(cell, cut, pixels / limit_)) return {CellChoice::Kind::kCut, 0.0F};
@@ -57,7 +56,7 @@ class ScreenChooser {
       return base.At(cell.patch, uv[0], uv[1]);
     };
     const SurfacePoint middle = at(0.5, 0.5);
-    CellSize size{middle.point, middle.du.norm(), middle.dv.norm()};
+    CellSize size{middle.point, base.NormalAt(cell.patch, middle), middle.du.norm(), middle.dv.norm()};
     if (cell.depth <= kCurvedDepth) {
       for (const double a : {0.0, 1.0}) {
         for (const double b : {0.0, 1.0}) {
@@ -77,15 +76,33 @@ class ScreenChooser {
     return view_.projection == ScreenView::Projection::kParallel ? pixels_ : pixels_ / std::max(depth, view_.near_mm);
   }
 
-  /// Whether a sphere may be in the picture.
-  [[nodiscard]] bool IsSeen(const Vector3d& middle, double radius) const {
-    if (middle.z() + radius < view_.near_mm) return false;
+  /// Whether a cell may be in the picture, wherever its heights put it along the normal.
+  [[nodiscard]] bool IsSeen(const GridCell& cell, const CellSize& size, const Vector3d& middle) const {
+    const double low = grid_.surface().lowest_height();
+    const double high = grid_.surface().highest_height();
+    const double sides = size.side_a + size.side_b;
+    if (cell.depth <= kCurvedDepth) return MayBeIn({middle, middle}, sides + std::max(high, -low));
+    // Half of the diagonal, and as much again for normals that spread over the cell.
+    const Vector3d normal = view_.camera_from_station * size.normal;
+    return MayBeIn({middle + low * normal, middle + high * normal}, 1.2 * sides);
+  }
+
+  /// Whether what is within `radius` of a line may be in the picture: not if both of its ends are beyond one border.
+  [[nodiscard]] bool MayBeIn(const std::array<Vector3d, 2>& ends, double radius) const {
     const bool parallel = view_.projection == ScreenView::Projection::kParallel;
-    const auto within = [&](double across, double half) {
-      if (parallel) return std::abs(across) <= half + radius;
-      return std::abs(across) <= half * middle.z() + radius * std::sqrt(1.0 + half * half);
-    };
-    return within(middle.x(), half_width_) && within(middle.y(), view_.half_height);
+    const auto beyond = [&](auto&& distance) { return distance(ends[0]) > radius && distance(ends[1]) > radius; };
+    if (beyond([&](const Vector3d& p) { return view_.near_mm - p.z(); })) return false;
+    for (const double side : {1.0, -1.0}) {
+      for (const Eigen::Index axis : {0, 1}) {
+        const double half = axis == 0 ? half_width_ : view_.half_height;
+        if (beyond([&](const Vector3d& p) {
+              return parallel ? side * p[axis] - half : (side * p[axis] - half * p.z()) / std::sqrt(1.0 + half * half);
+            })) {
+          return false;
+        }
+      }
+    }
+    return true;
   }
 
   [[nodiscard]] bool IsCut(const GridCell& cell, std::array<std::uint32_t, 2> cut, double size) const {

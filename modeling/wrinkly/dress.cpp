@@ -11,8 +11,6 @@
 namespace annulus {
 namespace {
 
-
-
 struct Dress {
   double height = 0.0;
   std::array<double, 3> colour{};

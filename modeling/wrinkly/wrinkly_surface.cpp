@@ -106,7 +106,9 @@ void WrinklySurface::FillNets() {
           value += share.weight * parts.values(share.point, static_cast<Eigen::Index>(attribute));
         }
         nets_[(k * count + attribute) * kNetSize + at] = static_cast<float>(value);
-        if (attribute == 0) largest_height_ = std::max(largest_height_, std::abs(value));
+        if (attribute > 0) continue;
+        lowest_height_ = std::min(lowest_height_, value);
+        highest_height_ = std::max(highest_height_, value);
       }
     }
   }

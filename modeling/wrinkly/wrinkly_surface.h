@@ -56,8 +56,9 @@ class WrinklySurface {
   [[nodiscard]] std::optional<std::size_t> AttributeNamed(std::string_view name) const;
   /// α_0 of eq. 12.
   [[nodiscard]] double u_then_v() const { return u_then_v_; }
-  /// The largest |height| that any place can have, mm.
-  [[nodiscard]] double largest_height() const { return largest_height_; }
+  /// Between which heights every place lies, mm; 0 is within.
+  [[nodiscard]] double lowest_height() const { return lowest_height_; }
+  [[nodiscard]] double highest_height() const { return highest_height_; }
 
   /// All attributes at a place of the grid of `depth` iterations as `iterations` of them (0 … most_iterations())
   /// shuffle it (eq. 12): with fewer, the finer digits are the offset within, with more, the offset has them. Requires
@@ -80,7 +81,8 @@ class WrinklySurface {
   std::vector<MeshShuffle> levels_;
   LevelBlend blend_ = LevelBlend::kTwo;
   double u_then_v_ = 0.5;
-  double largest_height_ = 0.0;
+  double lowest_height_ = 0.0;
+  double highest_height_ = 0.0;
   std::vector<float> nets_;  ///< Patch by patch, attribute by attribute: 3 × 3 as in PatchNet.
 };
 
