@@ -96,6 +96,7 @@ void AddSourceOptions(CLI::App& command, WrinklySourceOptions& options) {
   command.add_option("--z-max", options.z_max, "upper edge of a knitted band, mm");
   command.add_option("--length", options.length_mm, "mean length of hair, mm")->check(CLI::Range(0.0, 100.0));
   command.add_option("--seed", options.seed, "of what is without pattern");
+  command.add_flag("--split", options.split, "cut the faces of an .obj, of any number of corners, into quadrilaterals");
   command.add_flag("--cut", options.cut, "let axes end where they are one family, instead of refusing the mesh");
 }
 

@@ -89,7 +89,7 @@ Result<WrinklySource> OfFile(const WrinklySourceOptions& options, CommandIo& io)
   const auto text = ReadTextFile(io.storage(), options.in);
   if (!text) return Fail(text);
   if (std::filesystem::path(options.in).extension() == ".obj") {
-    const auto quads = QuadMeshFromObj(*text, options.in);
+    const auto quads = QuadMeshFromObj(*text, options.in, options.split ? PolygonRule::kSplit : PolygonRule::kRefuse);
     if (!quads) return Fail(quads);
     auto parts = ControlMeshOfQuads(*quads);
     if (!parts) return Fail(parts);

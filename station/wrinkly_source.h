@@ -22,6 +22,7 @@ struct WrinklySourceOptions {
   double length_mm = 8.0;                     ///< Of hair.
   std::uint64_t seed = 1;
   bool cut = false;
+  bool split = false;  ///< Polygons of an .obj into quadrilaterals.
 };
 
 /// A control mesh and what else is seen of the thing.

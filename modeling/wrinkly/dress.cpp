@@ -129,7 +129,7 @@ Result<ControlMeshParts> TexturedFrame(const std::vector<PatchShell>& shells, Fr
   constexpr double kDepth = 0.4;
   constexpr std::array<double, 3> kAmber{0.55, 0.22, 0.035};
   constexpr std::array<double, 3> kDark{0.045, 0.018, 0.008};
-  constexpr std::array<double, 3> kHorn{0.30, 0.21, 0.13};
+  constexpr std::array<double, 3> kHorn{0.52, 0.40, 0.26};
   ControlMeshParts whole;
   for (const PatchShell& shell : shells) {
     auto parts = NetOfShell(shell, kPerPatch);
@@ -140,7 +140,7 @@ Result<ControlMeshParts> TexturedFrame(const std::vector<PatchShell>& shells, Fr
       if (texture == FrameTexture::kTortoise) {
         Set(*parts, k, {0.0, Mixed(kAmber, kDark, Smooth(0.45, 0.6, chance)), 1.0});
       } else {
-        Set(*parts, k, {-kDepth * chance, Mixed(kHorn, kDark, 0.5 * chance), 1.0});
+        Set(*parts, k, {-kDepth * chance, Mixed(kHorn, kDark, 0.75 * chance), 1.0});
       }
     }
     Append(whole, *parts);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <unordered_map>
+#include <utility>
 
 #include "modeling/mesh/mesh_readers.h"
 
@@ -100,8 +102,41 @@ Result<ControlMeshParts> ControlMeshOfQuads(const QuadMesh& mesh) {
   return parts;
 }
 
-Result<QuadMesh> QuadMeshFromObj(std::string_view text, const std::string& what) {
-  QuadMesh mesh;
+namespace {
+
+/// A face's corners, any number of them.
+using Polygon = std::vector<std::uint32_t>;
+
+/// Cuts polygons into quadrilaterals; the middles of edges are shared.
+QuadMesh Split(std::vector<Eigen::Vector3d> vertices, const std::vector<Polygon>& polygons) {
+  QuadMesh mesh{std::move(vertices), {}};
+  std::unordered_map<std::uint64_t, std::uint32_t> middles;
+  const auto middle_of = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = std::minmax(a, b);
+    const std::uint64_t key = (std::uint64_t{low} << 32U) | high;
+    const auto [at, is_new] = middles.try_emplace(key, static_cast<std::uint32_t>(mesh.vertices.size()));
+    if (is_new) mesh.vertices.push_back(0.5 * (mesh.vertices[low] + mesh.vertices[high]));
+    return at->second;
+  };
+  for (const Polygon& polygon : polygons) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const std::uint32_t corner : polygon) centre += mesh.vertices[corner] / static_cast<double>(polygon.size());
+    const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(centre);
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      const std::uint32_t corner = polygon[k];
+      mesh.quads.push_back({corner, middle_of(corner, polygon[(k + 1) % polygon.size()]), middle,
+                            middle_of(polygon[(k + polygon.size() - 1) % polygon.size()], corner)});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Result<QuadMesh> QuadMeshFromObj(std::string_view text, const std::string& what, PolygonRule rule) {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Polygon> polygons;
   LineReader lines(text);
   while (const auto line = lines.Next()) {
     const std::vector<std::string_view> words = SplitWords(*line);
@@ -116,21 +151,27 @@ Result<QuadMesh> QuadMeshFromObj(std::string_view text, const std::string& what)
         if (!value) return refuse("a vertex is not three numbers");
         vertex[static_cast<Eigen::Index>(k)] = *value;
       }
-      mesh.vertices.push_back(vertex);
+      vertices.push_back(vertex);
     } else if (words[0] == "f") {
-      if (words.size() != 5) {
-        return refuse(fmt::format("a face has {} corners; every patch of a control mesh has four", words.size() - 1));
+      if (words.size() < 4 || (words.size() != 5 && rule == PolygonRule::kRefuse)) {
+        return refuse(
+            fmt::format("a face has {} corners; every patch of a control mesh has four, unless polygons are "
+                        "to be split",
+                        words.size() - 1));
       }
-      std::array<std::uint32_t, 4> quad{};
-      for (std::size_t k = 0; k < 4; ++k) {
-        const auto vertex = VertexOf(words[k + 1], mesh.vertices.size());
-        if (!vertex) return refuse(fmt::format("'{}' is none of the vertices so far", Shown(words[k + 1])));
-        quad[k] = *vertex;
+      Polygon polygon;
+      for (std::size_t k = 1; k < words.size(); ++k) {
+        const auto vertex = VertexOf(words[k], vertices.size());
+        if (!vertex) return refuse(fmt::format("'{}' is none of the vertices so far", Shown(words[k])));
+        polygon.push_back(*vertex);
       }
-      mesh.quads.push_back(quad);
+      polygons.push_back(std::move(polygon));
     }
   }
-  if (mesh.quads.empty()) return FailRead(what, "it has no face");
+  if (polygons.empty()) return FailRead(what, "it has no face");
+  if (rule == PolygonRule::kSplit) return Split(std::move(vertices), polygons);
+  QuadMesh mesh{std::move(vertices), {}};
+  for (const Polygon& polygon : polygons) mesh.quads.push_back({polygon[0], polygon[1], polygon[2], polygon[3]});
   return mesh;
 }
 

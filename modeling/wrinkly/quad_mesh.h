@@ -23,8 +23,17 @@ struct QuadMesh {
 /// of range, an edge of more than two faces, and faces that run along a common edge the same way.
 [[nodiscard]] Result<ControlMeshParts> ControlMeshOfQuads(const QuadMesh& mesh);
 
-/// Reads vertices and quadrilaterals of a Wavefront OBJ file; other lines are skipped, vertices without a face too.
-/// Fails, with the line, on a face that is not a quadrilateral. `what` names the input in messages.
-[[nodiscard]] Result<QuadMesh> QuadMeshFromObj(std::string_view text, const std::string& what);
+/// What becomes of faces that have not four corners.
+enum class PolygonRule {
+  kRefuse,
+  /// Every face of the mesh is cut into as many quadrilaterals as it has corners, from its middle to the middles of its
+  /// edges: patches of any number of sides, which the paper leaves open.
+  kSplit,
+};
+
+/// Reads vertices and faces of a Wavefront OBJ file; other lines are skipped, vertices without a face too. Fails, with
+/// the line, on a face that is not a quadrilateral (kRefuse) or has fewer than three corners. `what` names the input in
+/// messages.
+[[nodiscard]] Result<QuadMesh> QuadMeshFromObj(std::string_view text, const std::string& what, PolygonRule rule);
 
 }  // namespace annulus

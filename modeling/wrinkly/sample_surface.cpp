@@ -19,12 +19,17 @@ constexpr const char* kAttempt = "sample the wrinkly surface";
 /// Vertices that one thread evaluates at a time.
 constexpr std::size_t kChunk = 8192;
 
-/// Where a vertex is, and how its values are made.
+/// Where a vertex is, and how its values are made. Packed: there are half as many as triangles.
 struct VertexSource {
-  GridCell cell;
-  float in_a = 0.5F;  ///< 0, 0.5 or 1.
-  float in_b = 0.5F;
+  PointIndex patch = 0;
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
   float iterations = 0.0F;
+  std::int8_t depth = 0;
+  std::uint8_t halves_a = 1;  ///< Of the cell, 0 … 2: its − side, middle or + side.
+  std::uint8_t halves_b = 1;
+
+  [[nodiscard]] GridCell cell() const { return {patch, depth, a, b}; }
 };
 
 struct KeyHash {
@@ -55,7 +60,7 @@ class FanMaker {
       AddFiner(grid_.Across(cell, side));
     }
     const auto middle = static_cast<std::uint32_t>(sources_.size());
-    sources_.push_back({cell, 0.5F, 0.5F, iterations_});
+    sources_.push_back({cell.patch, cell.a, cell.b, iterations_, static_cast<std::int8_t>(cell.depth), 1, 1});
     for (std::size_t k = 0; k < ring_.size(); ++k) {
       const std::uint32_t from = ring_[k];
       const std::uint32_t to = ring_[(k + 1) % ring_.size()];
@@ -86,14 +91,14 @@ class FanMaker {
         numbers_.try_emplace(grid_.KeyOf(patch, a, b), static_cast<std::uint32_t>(sources_.size()));
     if (is_new) {
       const auto& finest = grid_.Parts(grid_.finest());
-      VertexSource source{{patch, grid_.finest(), a, b}, 0.0F, 0.0F, iterations_};
+      VertexSource source{patch, a, b, iterations_, static_cast<std::int8_t>(grid_.finest()), 0, 0};
       if (a == finest[0]) {
-        --source.cell.a;
-        source.in_a = 1.0F;
+        --source.a;
+        source.halves_a = 2;
       }
       if (b == finest[1]) {
-        --source.cell.b;
-        source.in_b = 1.0F;
+        --source.b;
+        source.halves_b = 2;
       }
       sources_.push_back(source);
     }
@@ -122,10 +127,13 @@ void Evaluate(const CellGrid& grid, const std::vector<VertexSource>& sources, in
     for (std::size_t k = from; k < std::min(from + kChunk, sources.size()); ++k) {
       const VertexSource& source = sources[k];
       const std::span<float> values(mesh.values.data() + k * attributes, attributes);
-      surface.Values(grid.PlaceOf(source.cell, source.in_a, source.in_b), source.cell.depth, source.iterations, values);
-      const auto uv = grid.Parameters(source.cell, source.in_a, source.in_b);
-      const SurfacePoint at = surface.base().At(source.cell.patch, uv[0], uv[1]);
-      mesh.positions[k] = (at.point + double{values[0]} * surface.base().NormalAt(source.cell.patch, at)).cast<float>();
+      const GridCell cell = source.cell();
+      const double in_a = 0.5 * source.halves_a;
+      const double in_b = 0.5 * source.halves_b;
+      surface.Values(grid.PlaceOf(cell, in_a, in_b), cell.depth, source.iterations, values);
+      const auto uv = grid.Parameters(cell, in_a, in_b);
+      const SurfacePoint at = surface.base().At(cell.patch, uv[0], uv[1]);
+      mesh.positions[k] = (at.point + double{values[0]} * surface.base().NormalAt(cell.patch, at)).cast<float>();
     }
   });
 }

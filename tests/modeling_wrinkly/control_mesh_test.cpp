@@ -156,16 +156,29 @@ TEST(QuadMesh, RefusesWhatIsNoControlMesh) {
 }
 
 TEST(QuadMesh, ReadsQuadrilateralsOfAnObj) {
-  const auto mesh = QuadMeshFromObj(
-      "# two\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nf 1/1/1 2 3//2 4\nf 2 5 6 -4\n", "a");
+  const auto mesh =
+      QuadMeshFromObj("# two\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nf 1/1/1 2 3//2 4\nf 2 5 6 -4\n",
+                      "a", PolygonRule::kRefuse);
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->quads, (std::vector<std::array<std::uint32_t, 4>>{{0, 1, 2, 3}, {1, 4, 5, 2}}));
   for (const char* text :
        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0\n", "v 0 0 0\nf 1 2 3 4\n", "f 0 0 0 0\n", "", "v 0 0 nan\n"}) {
-    EXPECT_FALSE(QuadMeshFromObj(text, "a")) << text;
+    EXPECT_FALSE(QuadMeshFromObj(text, "a", PolygonRule::kRefuse)) << text;
   }
-  EXPECT_NE(QuadMeshFromObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a").error().Text().find("line 4"),
-            std::string::npos);
+  EXPECT_NE(
+      QuadMeshFromObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a", PolygonRule::kRefuse).error().Text().find("line 4"),
+      std::string::npos);
+}
+
+TEST(QuadMesh, SplitsPolygonsIntoPatchesThatJoin) {
+  // A tetrahedron: 4 triangles become 12 patches; cells are its 4 corners (3), its 4 faces (3) and its 6 edges (4).
+  const auto mesh = QuadMeshFromObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "a",
+                                    PolygonRule::kSplit);
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(mesh->quads.size(), 12U);
+  const auto made = ControlMesh::Make(ControlMeshOfQuads(*mesh).value(), FamilyRule::kCut);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(CellSizes(*made), (std::map<std::size_t, int>{{3, 8}, {4, 6}}));
 }
 
 }  // namespace
