@@ -1,9 +1,9 @@
-// wrinkly fit: control heights from a picture of heights, or from what a smooth surface leaves of a scan.
+// wrinkly fit: control heights or colours from a picture, heights from what a smooth surface leaves of a scan.
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -27,6 +27,7 @@ struct FitCommand {
   std::string image;
   std::string scan;
   std::string key_file;
+  std::string as = "height";
   std::string lay = "flat";
   double high_mm = 1.0;
   int iterations = 2;
@@ -38,10 +39,16 @@ struct FitCommand {
   std::string json;
 };
 
-/// What is fitted: a surface without heights, and the heights that it is to have.
+/// An attribute and the values that it is to have.
+struct FitGoal {
+  std::string attribute;
+  std::vector<WrinklyTarget> targets;
+};
+
+/// What is fitted: a surface, whose values do not matter.
 struct FitProblem {
   WrinklySurface surface;
-  std::vector<WrinklyTarget> targets;
+  std::vector<FitGoal> goals;
 };
 
 Result<ControlMeshParts> ReadMesh(const FitCommand& options, CommandIo& io) {
@@ -62,10 +69,21 @@ Result<FitProblem> ImageProblem(const FitCommand& options, CommandIo& io) {
   if (!bytes) return Fail(bytes);
   const auto image = DecodePng(*bytes);
   if (!image) return Fail(image);
-  ImageTargets how{options.lay == "around" ? ImageLay::kAround : ImageLay::kFlat, options.high_mm};
-  auto targets = TargetsOfImage(*surface, *image, how);
-  if (!targets) return Fail(targets);
-  return FitProblem{std::move(*surface), std::move(*targets)};
+  ImageTargets how;
+  how.lay = options.lay == "around" ? ImageLay::kAround : ImageLay::kFlat;
+  std::vector<std::pair<std::string, ImageChannel>> wanted{{"height", ImageChannel::kGrey}};
+  if (options.as == "colour") {
+    wanted = {{"red", ImageChannel::kRed}, {"green", ImageChannel::kGreen}, {"blue", ImageChannel::kBlue}};
+  }
+  FitProblem problem{std::move(*surface), {}};
+  for (const auto& [attribute, channel] : wanted) {
+    how.channel = channel;
+    how.high = options.as == "colour" ? 1.0 : options.high_mm;
+    auto targets = TargetsOfImage(problem.surface, *image, how);
+    if (!targets) return Fail(targets);
+    problem.goals.push_back({attribute, std::move(*targets)});
+  }
+  return problem;
 }
 
 Result<FitProblem> ScanProblem(const FitCommand& options, CommandIo& io) {
@@ -90,7 +108,19 @@ Result<FitProblem> ScanProblem(const FitCommand& options, CommandIo& io) {
   std::vector<Scan> scans;
   scans.push_back(std::move(*scan));
   auto targets = TargetsOfScan(*model, net, FittedSamples(scans));
-  return FitProblem{std::move(*surface), std::move(targets)};
+  FitProblem problem{std::move(*surface), {}};
+  problem.goals.push_back({"height", std::move(targets)});
+  return problem;
+}
+
+/// Sets an attribute of all points; adds it where there is none of the name.
+void SetAttribute(ControlMeshParts& parts, const std::string& name, const Eigen::VectorXd& values) {
+  auto at = std::find(parts.attributes.begin(), parts.attributes.end(), name);
+  if (at == parts.attributes.end()) {
+    parts.values.conservativeResize(Eigen::NoChange, parts.values.cols() + 1);
+    at = parts.attributes.insert(at, name);
+  }
+  parts.values.col(at - parts.attributes.begin()) = values;
 }
 
 Status FitHeights(const FitCommand& options, CommandIo& io) {
@@ -106,20 +136,24 @@ Status FitHeights(const FitCommand& options, CommandIo& io) {
   TaskContext task;
   task.stop = io.stop();
   task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
-  const auto fit = FitWrinklyValues(problem->surface, options.iterations, problem->targets, task);
-  display.Clear();
-  if (!fit) return Fail(fit);
   ControlMeshParts parts = problem->surface.mesh().parts();
-  parts.values.col(0) = fit->values;
+  Json report{{"control_points", parts.points.size()}, {"attributes", Json::array()}};
+  std::string text;
+  for (const FitGoal& goal : problem->goals) {
+    const auto fit = FitWrinklyValues(problem->surface, options.iterations, goal.targets, task);
+    display.Clear();
+    if (!fit) return Fail(fit);
+    SetAttribute(parts, goal.attribute, fit->values);
+    report["attributes"].push_back({{"name", goal.attribute},
+                                    {"targets", goal.targets.size()},
+                                    {"not_seen", fit->points_without},
+                                    {"rms_before", fit->rms_before},
+                                    {"rms", fit->rms}});
+    text += fmt::format("{} of {} control points from {} values: rms {:.4f}, about the mean {:.4f}\n", goal.attribute,
+                        parts.points.size(), goal.targets.size(), fit->rms, fit->rms_before);
+  }
   RETURN_IF_ERROR(io.WriteText(options.out, ControlMeshToJson(parts)));
-  const Json report{{"targets", problem->targets.size()},
-                    {"control_points", parts.points.size()},
-                    {"not_seen", fit->points_without},
-                    {"rms_before_mm", fit->rms_before},
-                    {"rms_mm", fit->rms}};
-  if (!options.json.empty()) return io.WriteJson(options.json, report);
-  return io.Print(fmt::format("{} control heights from {} values: rms {:.4f} mm, about the mean {:.4f} mm\n",
-                              parts.points.size(), problem->targets.size(), fit->rms, fit->rms_before));
+  return options.json.empty() ? io.Print(text) : io.WriteJson(options.json, report);
 }
 
 }  // namespace
@@ -130,7 +164,9 @@ void AddWrinklyFit(CLI::App& wrinkly, CommandWork& chosen) {
   command->add_option("in", options->in, "control mesh (MESH.json or a net) for --image, MODEL.json for --scan")
       ->required()
       ->type_name("MESH|MODEL.json");
-  command->add_option("--image", options->image, "heights as grey values")->type_name("HEIGHTS.png");
+  command->add_option("--image", options->image, "heights as grey values, or colours")->type_name("HEIGHTS.png");
+  command->add_option("--as", options->as, "what the picture is: height (grey), or colour")
+      ->check(CLI::IsMember({"height", "colour"}));
   command->add_option("--lay", options->lay, "how the picture lies: flat (x, y) or around (theta, z)")
       ->check(CLI::IsMember({"flat", "around"}));
   command->add_option("--high", options->high_mm, "height of white, mm");

@@ -13,17 +13,19 @@
 namespace annulus {
 namespace {
 
-double GreyAt(const RgbImage& image, double across, double up) {
+/// A channel between the middles of pixels; shares of the picture from its left and its lower edge.
+double ValueAt(const RgbImage& image, ImageChannel channel, double across, double up) {
   const double x = std::clamp(across * image.width - 0.5, 0.0, image.width - 1.0);
   const double y = std::clamp((1.0 - up) * image.height - 0.5, 0.0, image.height - 1.0);
   const int x0 = std::min(static_cast<int>(x), std::max(0, image.width - 2));
   const int y0 = std::min(static_cast<int>(y), std::max(0, image.height - 2));
-  const auto grey = [&](int column, int row) {
+  const auto value = [&](int column, int row) {
     const LinearRgb& rgb = image.rgb[image.Index(std::min(column, image.width - 1), std::min(row, image.height - 1))];
-    return static_cast<double>(rgb.sum()) / 3.0;
+    const bool is_grey = channel == ImageChannel::kGrey;
+    return static_cast<double>(is_grey ? rgb.sum() / 3.0F : rgb[static_cast<Eigen::Index>(channel)]);
   };
-  const double a = grey(x0, y0) + (x - x0) * (grey(x0 + 1, y0) - grey(x0, y0));
-  const double b = grey(x0, y0 + 1) + (x - x0) * (grey(x0 + 1, y0 + 1) - grey(x0, y0 + 1));
+  const double a = value(x0, y0) + (x - x0) * (value(x0 + 1, y0) - value(x0, y0));
+  const double b = value(x0, y0 + 1) + (x - x0) * (value(x0 + 1, y0 + 1) - value(x0, y0 + 1));
   return a + (y - y0) * (b - a);
 }
 
@@ -61,7 +63,7 @@ Result<std::vector<WrinklyTarget>> TargetsOfImage(const WrinklySurface& surface,
         const double across =
             flat ? (at.x() - box.min().x()) / size.x() : Turned(std::atan2(at.y(), at.x())) / (2.0 * kPi);
         const double up = flat ? (at.y() - box.min().y()) / size.y() : (at.z() - box.min().z()) / size.z();
-        target.value = how.high * GreyAt(image, across, up);
+        target.value = how.high * ValueAt(image, how.channel, across, up);
         targets.push_back(target);
       }
     }

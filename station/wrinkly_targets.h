@@ -17,10 +17,13 @@ enum class ImageLay {
   kAround,  ///< Its width along θ from 0 to 360°, its height along z.
 };
 
-/// Grey values (the mean of linear red, green and blue, 0 … 1) times `high` mm as targets, `per_side` × `per_side` of
-/// them on every patch.
+/// What of a picture is taken, linear, 0 … 1: one of its channels, or their mean.
+enum class ImageChannel { kRed, kGreen, kBlue, kGrey };
+
+/// A picture's values times `high` as targets, `per_side` × `per_side` of them on every patch.
 struct ImageTargets {
   ImageLay lay = ImageLay::kFlat;
+  ImageChannel channel = ImageChannel::kGrey;
   double high = 1.0;
   int per_side = 27;
 };

@@ -20,8 +20,8 @@ BiquadraticNet NetOf(const Neighbourhood& p) {
     return 0.25 * (p[a][b] + p[a][d] + p[c][b] + p[c][d]);
   };
   BiquadraticNet net;
-  for (const std::size_t a : {0, 2}) {
-    for (const std::size_t b : {0, 2}) net[a][b] = middle(a, b, 1, 1);
+  for (const std::size_t a : {std::size_t{0}, std::size_t{2}}) {
+    for (const std::size_t b : {std::size_t{0}, std::size_t{2}}) net[a][b] = middle(a, b, 1, 1);
     net[a][1] = 0.5 * (p[a][1] + p[1][1]);
     net[1][a] = 0.5 * (p[1][a] + p[1][1]);
   }

@@ -89,17 +89,17 @@ class Wrinkly(ProgramTest):
         self.assertLess(rounded["irregular_mean_rad"], 1e-3)
 
     def test_pictures_show_more_triangles_where_they_come_near(self):
-        far = self.report("render", "figure13", "--size", "160,120", "--out", "far.png", "--view", "90,60")
-        near = self.report("render", "figure13", "--size", "160,120", "--out", "near.png", "--view", "90,60",
+        far = self.report("render", "figure13", "--size", "160,120", "--out", "far.png", "--view", "90,60", "--triangle", "1")
+        near = self.report("render", "figure13", "--size", "160,120", "--out", "near.png", "--view", "90,60", "--triangle", "1",
                            "--zoom", "9", "--at", "0.5,0.5")
         self.assertGreaterEqual(near["deepest"], far["deepest"] + 2)
-        # At most 9 cells per square of 2.5 pixels, in some three layers: spikes reach into the picture from beside it.
-        self.assertLess(near["cells"], 3 * 160 * 120 * 9 / 2.5**2)
+        # At most 9 cells per pixel, in some three layers: spikes reach into the picture from beside it.
+        self.assertLess(near["cells"], 3 * 160 * 120 * 9)
         for name in ("far.png", "near.png"):
             pixels = read_png(self.read(name))
             self.assertEqual(pixels.shape[:2], (120, 160))
             self.assertGreater(pixels[40:80, 50:110].std(), 10.0)
-        smooth = self.report("render", "figure13", "--size", "160,120", "--out", "smooth.png", "--view", "90,60", "--k", "0")
+        smooth = self.report("render", "figure13", "--size", "160,120", "--out", "smooth.png", "--view", "90,60", "--triangle", "1", "--k", "0")
         self.assertEqual(smooth["cells"], far["cells"])
         rough = numpy.abs(numpy.diff(read_png(self.read("far.png")).astype(float), axis=1)).mean()
         even = numpy.abs(numpy.diff(read_png(self.read("smooth.png")).astype(float), axis=1)).mean()
@@ -127,11 +127,18 @@ class Wrinkly(ProgramTest):
         srgb = numpy.where(smooth <= 0.0031308, 12.92 * smooth, 1.055 * smooth ** (1 / 2.4) - 0.055)
         self.write("heights.png", grey_png(numpy.rint(255 * srgb)))
         report = self.report("fit", "regular:14x14", "--image", "heights.png", "--high", "10", "--k", "0", "--out", "mesh.json")
-        self.assertEqual(report["not_seen"], 0)
-        self.assertLess(report["rms_mm"], 0.05)
-        self.assertAlmostEqual(report["rms_before_mm"], 10 * smooth.std(), delta=0.05)
+        height = report["attributes"][0]
+        self.assertEqual((height["name"], height["not_seen"]), ("height", 0))
+        self.assertLess(height["rms"], 0.05)
+        self.assertAlmostEqual(height["rms_before"], 10 * smooth.std(), delta=0.05)
         points = json.loads(self.read("mesh.json"))["points"]
         middle = points[7 * 14 + 7]["values"][0]
+        coloured = self.report("fit", "mesh.json", "--image", "heights.png", "--as", "colour", "--k", "0", "--out", "colour.json")
+        self.assertEqual([one["name"] for one in coloured["attributes"]], ["red", "green", "blue"])
+        mesh = json.loads(self.read("colour.json"))
+        self.assertEqual(mesh["attributes"], ["height", "red", "green", "blue"])
+        for value, kept in zip(mesh["points"][105]["values"], (middle, *[middle / 10] * 3)):
+            self.assertAlmostEqual(value, kept, delta=0.002)
         self.assertAlmostEqual(middle, 10 * (0.5 + 0.4 * math.sin(5 * 7.5 / 14) * math.cos(4 * (1 - 7.5 / 14))), delta=0.1)
 
     def test_what_is_no_mesh_is_refused(self):
