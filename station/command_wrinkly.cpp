@@ -107,7 +107,7 @@ struct MeshCommand {
   std::string json;
 };
 
-Json MeshReport(const ControlMesh& mesh, const BaseSurface& surface, const BaseJoins& joins) {
+Json MeshReport(const ControlMesh& mesh, const BaseJoins& joins) {
   Json axes = Json::array();
   std::array<int, 2> families{};
   for (const GlobalAxis& axis : mesh.axes()) {
@@ -122,7 +122,6 @@ Json MeshReport(const ControlMesh& mesh, const BaseSurface& surface, const BaseJ
     const std::string name = cell.closed ? "closed" : cell.open ? "open" : std::to_string(cell.corners.size());
     cells[name] = cells.value(name, 0) + 1;
   }
-  (void)surface;
   return {{"control_points", mesh.size()},
           {"patches", mesh.patch_count()},
           {"attributes", mesh.parts().attributes},
@@ -144,7 +143,7 @@ Status DescribeMesh(const MeshCommand& options, CommandIo& io) {
   if (!source) return Fail(source);
   const auto surface = BaseSurface::Make(source->mesh, options.rounded ? CornerJoin::kRounded : CornerJoin::kPaper);
   if (!surface) return Fail(surface);
-  const Json report = MeshReport(source->mesh, *surface, MeasureBaseJoins(source->mesh, *surface));
+  const Json report = MeshReport(source->mesh, MeasureBaseJoins(source->mesh, *surface));
   if (!options.out.empty()) RETURN_IF_ERROR(io.WriteText(options.out, ControlMeshToJson(source->mesh.parts())));
   if (!options.json.empty()) return io.WriteJson(options.json, report);
   return io.Print(
