@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "render/bands.h"
+#include "base/bands.h"
 
 namespace annulus {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "base/bands.h"
 #include "base/ensure.h"
-#include "render/bands.h"
 
 namespace annulus {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "base/bands.h"
 #include "base/units.h"
 #include "modeling/glasses/lens_sight.h"
-#include "render/bands.h"
 #include "render/lens_coating.h"
 
 namespace annulus {

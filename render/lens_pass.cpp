@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-#include "render/bands.h"
+#include "base/bands.h"
 #include "render/ray_march.h"
 #include "render/sheet_lens.h"
 #include "render/studio.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "render/bands.h"
+#include "base/bands.h"
 #include "render/screen_mesh.h"
 
 namespace annulus {

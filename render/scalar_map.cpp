@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "render/bands.h"
+#include "base/bands.h"
 #include "render/check_scene.h"
 #include "render/rasterizer.h"
 #include "render/scene.h"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include "render/bands.h"
+#include "base/bands.h"
 #include "render/check_scene.h"
 #include "render/lens_pass.h"
 #include "render/occlusion.h"

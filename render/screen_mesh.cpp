@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/bands.h"
+#include "base/bands.h"
 
 namespace annulus {
 namespace {

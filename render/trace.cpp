@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "render/bands.h"
+#include "base/bands.h"
 #include "render/check_scene.h"
 #include "render/opaque_picture.h"
 #include "render/tone.h"

@@ -23,8 +23,7 @@ struct LaterCommand {
   const char* name;
   const char* purpose;
 };
-constexpr std::array<LaterCommand, 4> kLater{{{"wrinkly", "wrinkly surfaces"},
-                                              {"convert", "other file formats"},
+constexpr std::array<LaterCommand, 3> kLater{{{"convert", "other file formats"},
                                               {"batch", "many scans at once"},
                                               {"support-bundle", "collect what support needs"}}};
 
@@ -97,7 +96,7 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
         AddCompareCommand, AddGlassesCommand,   AddRenderCommand,   AddDoctorCommand,    AddSimDevicesCommand,
         AddBoothdCommand,  AddCalibrateCommand, AddBreathCommand,   AddDriftCommand,     AddCheckCommand,
         AddStoreCommand,   AddRebuildCommand,   AddServeCommand,    AddClayCommand,      AddFlattenCommand,
-        AddElasticCommand}) {
+        AddElasticCommand, AddWrinklyCommand}) {
     add(app, chosen);
   }
   for (const LaterCommand& later : kLater) AddLaterCommand(app, later.name, later.purpose, chosen);

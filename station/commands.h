@@ -29,6 +29,7 @@ void AddSlabCommand(CLI::App& app, CommandWork& chosen);
 void AddClayCommand(CLI::App& app, CommandWork& chosen);
 void AddFlattenCommand(CLI::App& app, CommandWork& chosen);
 void AddElasticCommand(CLI::App& app, CommandWork& chosen);
+void AddWrinklyCommand(CLI::App& app, CommandWork& chosen);
 void AddRegionCommand(CLI::App& app, CommandWork& chosen);
 void AddDistanceCommand(CLI::App& app, CommandWork& chosen);
 void AddLandmarksCommand(CLI::App& app, CommandWork& chosen);

@@ -41,6 +41,7 @@ void AddBoothRoutes(RouteTable& table, ConsoleContext& context);        ///< Sta
 void AddScanRoutes(RouteTable& table, ConsoleContext& context);         ///< Scans, models, measurements, documents.
 void AddMeasureRoutes(RouteTable& table, ConsoleContext& context);      ///< Measuring by hand.
 void AddGlassesRoutes(RouteTable& table, ConsoleContext& context);      ///< The designer.
+void AddReshapeRoutes(RouteTable& table, ConsoleContext& context);      ///< Clay and elastic body.
 void AddTechnicianRoutes(RouteTable& table, ConsoleContext& context);   ///< Doctor, drift, parameters, recordings.
 void AddCalibrationRoutes(RouteTable& table, ConsoleContext& context);  ///< Guided calibration.
 void AddReplayRoutes(RouteTable& table, ConsoleContext& context);       ///< The developer's replay and fits.

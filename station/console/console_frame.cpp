@@ -10,7 +10,7 @@ void AddAllRoutes(RouteTable& table, ConsoleContext& context, ConsoleFrame& fram
   AddAdminRoutes(table, context, frame);
   for (const auto& add :
        {AddCustomerRoutes, AddBoothRoutes, AddJobRoutes, AddScanRoutes, AddMeasureRoutes, AddGlassesRoutes,
-        AddTechnicianRoutes, AddRecordingRoutes, AddCalibrationRoutes, AddReplayRoutes}) {
+        AddReshapeRoutes, AddTechnicianRoutes, AddRecordingRoutes, AddCalibrationRoutes, AddReplayRoutes}) {
     add(table, context);
   }
 }

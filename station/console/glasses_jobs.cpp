@@ -38,16 +38,6 @@ std::string Tag(const std::string& text) { return Sha256Hex(std::as_bytes(std::s
 
 std::string ScanIn(const ApiRequest& request) { return request.path.at("scan"); }
 
-/// A folder with the scan's model in it.
-tl::expected<JobFolder, ApiError> FolderWithModel(ConsoleContext& context, const std::string& scan_id) {
-  if (const auto scan = context.store.GetScan(scan_id); !scan) return Refuse(404, scan);
-  auto folder = JobFolder::Make(context);
-  if (!folder) return Away(folder.error());
-  if (const auto model = NewestArtefact(context.store, scan_id, "model"); !model) return Refuse(409, model);
-  if (const Status put = folder->PutModel("model.json", scan_id); !put) return Away(put.error());
-  return std::move(*folder);
-}
-
 /// `worn`: an artefact of that kind and scan, put into the folder. False without one.
 tl::expected<bool, ApiError> PutWorn(ConsoleContext& context, const ApiRequest& request, JobFolder& folder) {
   const auto worn = OptionalText(request.body, "worn", 64);

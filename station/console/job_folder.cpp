@@ -95,4 +95,13 @@ tl::expected<JobStatus, ApiError> OwnJob(const ConsoleContext& context, const Ca
   return Refuse(404, {"look at job " + id, "there is no such job of yours", "look at the list of jobs"});
 }
 
+tl::expected<JobFolder, ApiError> FolderWithModel(ConsoleContext& context, const std::string& scan_id) {
+  if (const auto scan = context.store.GetScan(scan_id); !scan) return Refuse(404, scan);
+  auto folder = JobFolder::Make(context);
+  if (!folder) return Refuse(503, folder.error());
+  if (const auto model = NewestArtefact(context.store, scan_id, "model"); !model) return Refuse(409, model);
+  if (const Status put = folder->PutModel("model.json", scan_id); !put) return Refuse(503, put.error());
+  return std::move(*folder);
+}
+
 }  // namespace annulus

@@ -40,6 +40,9 @@ class JobFolder {
   std::string path_;  ///< Empty once it was given away.
 };
 
+/// A folder with the newest model of a scan in it, as model.json. 404 without the scan, 409 without a model.
+[[nodiscard]] tl::expected<JobFolder, ApiError> FolderWithModel(ConsoleContext& context, const std::string& scan_id);
+
 /// Takes a file that a job has made into the store, for a scan. `what`: kind, name, derived, recipe.
 [[nodiscard]] Result<Artefact> KeepResult(ConsoleContext& context, const std::string& scan_id, const std::string& file,
                                           Artefact what);

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "modeling/landmarks/landmark.h"
+#include "station/console/clay_preview.h"
 #include "station/console/glasses_wearer.h"
 #include "station/loaded_model.h"
 
@@ -21,6 +22,8 @@ struct OpenModel {
   Landmarks landmarks;  ///< As they are now: found, and moved by hand.
   /// The head as the designer works on it; it ends with the model.
   std::shared_ptr<GlassesWearerSlot> wearer = std::make_shared<GlassesWearerSlot>();
+  /// The body as clay.
+  std::shared_ptr<ClaySlot> clay = std::make_shared<ClaySlot>();
 };
 
 /// The few models that were used last, opened. At most four, dropped after five minutes and at the end of a visit: what

@@ -34,7 +34,9 @@ class MemoryStore final : public Store {
   Status ChangeCustomer(const Customer&) override { return NotHere(); }
   Result<std::vector<Customer>> FindCustomers(std::string_view, std::size_t) override { return NotHere(); }
   Result<Consent> AddConsent(Consent) override { return NotHere(); }
-  Result<std::vector<Consent>> Consents(const std::string&) override { return NotHere(); }
+  /// What every customer has agreed to.
+  std::vector<Consent> consents;
+  Result<std::vector<Consent>> Consents(const std::string&) override { return consents; }
   Status WithdrawConsent(const std::string&) override { return NotHere(); }
 
   Result<ScanRow> AddScan(ScanRow, const std::string&, const KeySource*) override { return NotHere(); }

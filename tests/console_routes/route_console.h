@@ -82,6 +82,7 @@ class RouteConsole {
         jobs(*scratch),
         context{config, "sim", store, booth, live, jobs, models, *scratch, storage, clock} {
     AddGlassesRoutes(table, context);
+    AddReshapeRoutes(table, context);
     AddTechnicianRoutes(table, context);
     AddCalibrationRoutes(table, context);
     AddReplayRoutes(table, context);

@@ -58,7 +58,7 @@ TEST(CommandLine, WrongUsageAndLaterCommandsAreExitCode2) {
   EXPECT_EQ(RunAnnulus({}).code, 2);
   EXPECT_EQ(RunAnnulus({"frobnicate"}).code, 2);
   EXPECT_EQ(RunAnnulus({"section", "model.json", "--z", "high"}).code, 2);
-  const Outcome later = RunAnnulus({"wrinkly"});
+  const Outcome later = RunAnnulus({"convert"});
   EXPECT_EQ(later.code, 2);
   EXPECT_THAT(later.err, HasSubstr("not yet"));
 }

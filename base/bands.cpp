@@ -1,4 +1,4 @@
-#include "render/bands.h"
+#include "base/bands.h"
 
 #include <algorithm>
 #include <atomic>
