@@ -110,14 +110,16 @@ Result<PatchShell> FramePart(const Frame& frame, std::string_view name) {
     return whole;
   }
   std::string names;
+  PatchShell of_body = whole;
   for (const FrameBody& body : FrameBodies(frame)) {
     names += (names.empty() ? "" : ", ") + body.name;
     for (const PatchShell& shell : body.shells) {
       names += ", " + shell.name;
-      if (!name.empty() && name != body.name && name != shell.name) continue;
-      whole.patches.insert(whole.patches.end(), shell.patches.begin(), shell.patches.end());
+      PatchShell* to = name.empty() || name == shell.name ? &whole : name == body.name ? &of_body : nullptr;
+      if (to != nullptr) to->patches.insert(to->patches.end(), shell.patches.begin(), shell.patches.end());
     }
   }
+  if (whole.patches.empty()) whole = std::move(of_body);
   if (!whole.patches.empty()) return whole;
   return Fail(fmt::format("take part '{}' of a frame", name), "it has no such part", "use one of " + names);
 }

@@ -2,16 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "fitting/spline_transfer.h"
 #include "modeling/clay/clay_rays.h"
 #include "modeling/elastic/surface_change.h"
 
 namespace annulus {
 namespace {
+
+/// Of the tolerance: what is nearly off is split with what is, or that would stay alone with its few new functions.
+constexpr double kSplitFrom = 0.25;
 
 /// The heights of a segment before and after its ends moved.
 struct Heights {
@@ -58,10 +64,60 @@ SurfaceSegment Moved(const SurfaceSegment& segment, const Heights& heights) {
   return moved;
 }
 
+/// Marks the leaf at a place for splitting, unless it is finer already.
+void Mark(const HierarchicalSpline& spline, double theta, double z, std::uint8_t level, RefinementFlags& flags) {
+  const SplineLeaf& leaf = spline.leaves()[spline.LeafAt(theta, z)];
+  if (leaf.level > level) return;
+  flags[leaf.level][leaf.z_cell * spline.levels()[leaf.level].theta_cells() + leaf.theta_cell] = 1;
+}
+
+/// The spline with all leaves split that are off by more than a part of the tolerance, and those around them: a function of the
+/// next level needs four of its cells each way. None beyond the coefficients that there may be; null: none at all.
+std::shared_ptr<const HierarchicalSpline> Split(const HierarchicalSpline& spline, const std::vector<double>& error,
+                                                const SurfaceOfClayOptions& options) {
+  RefinementFlags flags = spline.flags();
+  const SplineLevel& finest = spline.finest();
+  const bool deeper = 4 * finest.theta.count() * finest.z.count() <= options.most_coefficients;
+  if (deeper) flags.emplace_back(finest.theta_cells() * finest.z_cells(), char{0});
+  bool split = false;
+  for (std::size_t n = 0; n < error.size(); ++n) {
+    const SplineLeaf& leaf = spline.leaves()[n];
+    if (!(error[n] > kSplitFrom * options.tolerance_mm) || leaf.level >= flags.size()) continue;
+    split = true;
+    const SplineLevel& level = spline.levels()[leaf.level];
+    const double width = level.theta.spacing();
+    const double from = level.z.breakpoints()[leaf.z_cell];
+    const double height = level.z.breakpoints()[leaf.z_cell + 1] - from;
+    for (int k = 0; k < 9; ++k) {
+      const double z = from + (0.5 + (k / 3 - 1)) * height;
+      if (!(z > level.z.min() && z < level.z.max())) continue;
+      Mark(spline, (leaf.theta_cell + 0.5 + (k % 3 - 1)) * width, z, leaf.level, flags);
+    }
+  }
+  if (!split) return nullptr;
+  const std::vector<char>& last = flags.back();
+  if (std::none_of(last.begin(), last.end(), [](char flag) { return flag != 0; })) flags.pop_back();
+  const SplineLevel& coarsest = spline.levels().front();
+  return std::make_shared<const HierarchicalSpline>(coarsest.theta.count(), coarsest.z.breakpoints(), std::move(flags));
+}
+
+/// Grows the radius, with more knots as long as they are needed and there may be more.
+Result<ChangedSegment> Grow(SurfaceSegment start, const RadiusGrowth& growth, const SurfaceOfClayOptions& options) {
+  const ThetaZBox all{0.0, kTwoPi, start.surface.z_min(), start.surface.z_max()};
+  for (;;) {
+    auto changed = GrowRadius(start, all, growth);
+    if (!changed || changed->largest_error <= options.tolerance_mm) return changed;
+    const ControlledSurface own = ControlledBy(start);
+    auto finer = Split(*own.spline, changed->piece_error, options);
+    if (finer == nullptr) return changed;
+    start = Refined(start, std::move(finer));
+  }
+}
+
 }  // namespace
 
-Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayOfSurface& made,
-                                      const ClayBody& shaped) {
+Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayOfSurface& made, const ClayBody& shaped,
+                                      const SurfaceOfClayOptions& options) {
   const std::size_t walls = made.columns * made.rows;
   if (shaped.mesh().base_count() != made.body.mesh().base_count()) {
     return Fail("make a surface r(theta, z) of a clay body",
@@ -80,8 +136,8 @@ Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayO
     if (!was || !is) return std::nullopt;
     return *is - *was;
   };
-  const ThetaZBox all{0.0, kTwoPi, heights.from, heights.to};
-  auto changed = GrowRadius(Moved(segment, heights), all, growth);
+  const std::size_t pieces = ControlledBy(segment).spline->leaves().size();
+  auto changed = Grow(Moved(segment, heights), growth, options);
   if (!changed) return Fail(changed);
   SurfaceOfClay result{std::move(changed->segment)};
   result.largest_error_mm = changed->largest_error;
@@ -90,6 +146,7 @@ Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayO
   result.volume_mm3 = SegmentVolume(result.segment);
   result.volume_error = result.volume_mm3 / shaped.volume() - 1.0;
   result.caps_off_mm = after->caps_off();
+  result.pieces_split = (ControlledBy(result.segment).spline->leaves().size() - pieces) / 3;
   return result;
 }
 

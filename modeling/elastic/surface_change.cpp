@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <string>
 
 #include "base/ensure.h"
+#include "fitting/spline_transfer.h"
 
 namespace annulus {
 namespace {
@@ -19,19 +19,6 @@ constexpr const char* kAttempted = "write the changed shape back as a surface";
 constexpr int kPlaces = 4;  ///< Each way, per piece.
 constexpr int kChecks = 3;  ///< Each way, per piece, between the places.
 constexpr int kMostTurns = 80;
-
-/// The segment's surface with its coefficients as a hierarchical spline.
-struct Controlled {
-  std::shared_ptr<const HierarchicalSpline> spline;
-  Eigen::VectorXd active;
-};
-
-Controlled ControlledOf(const SurfaceSegment& segment) {
-  if (segment.hierarchy != nullptr) return {segment.hierarchy, segment.active};
-  auto spline = std::make_shared<const HierarchicalSpline>(segment.surface.theta_basis().count(),
-                                                           segment.surface.z_basis().breakpoints(), RefinementFlags{});
-  return {std::move(spline), segment.surface.coefficients()};
-}
 
 /// Where a leaf lies.
 struct Extent {
@@ -97,6 +84,7 @@ class GrowthFit {
 
   /// Errors between the places, into `result`.
   Status Check(const Eigen::VectorXd& change, const RadiusGrowth& growth, ChangedSegment& result) const {
+    result.piece_error.assign(spline_.leaves().size(), 0.0);
     double squares = 0.0;
     std::size_t checks = 0;
     for (const SplineLeaf* leaf : leaves_) {
@@ -111,7 +99,9 @@ class GrowthFit {
           got += entry.weight * change[static_cast<Index>(entry.index)];
         }
         const double error = got - *wanted;
-        result.largest_error = std::max(result.largest_error, std::abs(error));
+        double& here = result.piece_error[static_cast<std::size_t>(leaf - spline_.leaves().data())];
+        here = std::max(here, std::abs(error));
+        result.largest_error = std::max(result.largest_error, here);
         result.largest_growth = std::max(result.largest_growth, std::abs(*wanted));
         squares += error * error;
         ++checks;
@@ -185,7 +175,7 @@ std::array<double, 4> NodeWeights(double t, bool still_from, bool still_to) {
 }  // namespace
 
 Result<ChangedSegment> GrowRadius(const SurfaceSegment& segment, const ThetaZBox& box, const RadiusGrowth& growth) {
-  const Controlled controlled = ControlledOf(segment);
+  const ControlledSurface controlled = ControlledBy(segment);
   GrowthFit fit(*controlled.spline, box);
   if (fit.count() == 0) {
     return Fail(kAttempted, "the change lies outside the segment", "give a place on the segment");
@@ -194,7 +184,7 @@ Result<ChangedSegment> GrowRadius(const SurfaceSegment& segment, const ThetaZBox
   const auto change = fit.Solve();
   if (!change) return Fail(change);
   const Eigen::VectorXd active = controlled.active + *change;
-  ChangedSegment result{segment, 0.0, 0.0, 0.0, static_cast<std::size_t>(fit.count())};
+  ChangedSegment result{segment, 0.0, 0.0, 0.0, static_cast<std::size_t>(fit.count()), {}};
   RETURN_IF_ERROR(fit.Check(*change, growth, result));
   result.segment.surface = controlled.spline->Surface(active);
   if (segment.hierarchy != nullptr) result.segment.active = active;

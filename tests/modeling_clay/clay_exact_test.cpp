@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -106,32 +107,58 @@ TEST(ClayFromPaper, ComesBackAsItsTensorForm) {
   EXPECT_LE(std::abs(back->volume_error), 1e-5);
 }
 
+/// All shells of a frame by name; of some names there are several.
+std::map<std::string, PatchShell> ShellsOf(const Frame& frame) {
+  std::map<std::string, PatchShell> shells;
+  for (const FrameBody& body : FrameBodies(frame)) {
+    for (const PatchShell& shell : body.shells) {
+      std::vector<ShellPatch>& patches = shells[shell.name].patches;
+      patches.insert(patches.end(), shell.patches.begin(), shell.patches.end());
+    }
+  }
+  return shells;
+}
+
+void ExpectSame(const ClayBody& body, const PatchShell& shell, const std::string& name) {
+  double off = 0.0;
+  double size = 0.0;
+  for (std::uint32_t n = 0; n < shell.patches.size(); ++n) {
+    for (int k = 0; k < 36; ++k) {
+      const double u = 0.2 * (k % 6);
+      const double v = 0.2 * (k / 6);
+      const Vector3d wanted = shell.patches[n].patch.Point(u, v);
+      size = std::max(size, wanted.norm());
+      off = std::max(off, (body.Point({n, u, v}) - wanted).norm());
+    }
+  }
+  EXPECT_LE(off, 1e-12 * size) << name;
+  EXPECT_NEAR(body.volume() / Volume(shell), 1.0, 1e-12) << name;
+}
+
 TEST(FramePart, IsClayAsItIs) {
   for (const LibraryStyle& style : BuiltInFrameLibrary().styles) {
     const Frame frame = BuildFrame(style.design, StandardAdjustment(style.design)).value();
-    for (const FrameBody& solid : FrameBodies(frame)) {
-      for (const PatchShell& shell : solid.shells) {
-        const auto part = FramePart(frame, shell.name);
-        ASSERT_TRUE(part) << part.error().Text();
-        ASSERT_EQ(part->patches.size(), shell.patches.size());
-        const auto body = ClayBody::Make(*part);
-        ASSERT_TRUE(body) << style.name << ", " << shell.name << ": " << body.error().Text();
-        double off = 0.0;
-        double size = 0.0;
-        for (std::uint32_t n = 0; n < shell.patches.size(); ++n) {
-          for (int k = 0; k < 36; ++k) {
-            const double u = 0.2 * (k % 6);
-            const double v = 0.2 * (k / 6);
-            const Vector3d wanted = shell.patches[n].patch.Point(u, v);
-            size = std::max(size, wanted.norm());
-            off = std::max(off, (body->Point({n, u, v}) - wanted).norm());
-          }
-        }
-        EXPECT_LE(off, 1e-12 * size) << style.name << ", " << shell.name;
-        EXPECT_NEAR(body->volume() / Volume(shell), 1.0, 1e-12) << style.name << ", " << shell.name;
-      }
+    for (const auto& [name, shell] : ShellsOf(frame)) {
+      const auto part = FramePart(frame, name);
+      ASSERT_TRUE(part) << part.error().Text();
+      ASSERT_EQ(part->patches.size(), shell.patches.size());
+      const auto body = ClayBody::Make(*part);
+      ASSERT_TRUE(body) << style.name << ", " << name << ": " << body.error().Text();
+      ExpectSame(*body, shell, style.name + ", " + name);
     }
   }
+}
+
+TEST(FramePart, OfNoNameIsTheWholeFrame) {
+  const FrameDesign& design = BuiltInFrameLibrary().Find("example1").value()->design;
+  const Frame frame = BuildFrame(design, StandardAdjustment(design)).value();
+  const auto whole = FramePart(frame, "");
+  ASSERT_TRUE(whole);
+  const auto body = ClayBody::Make(*whole);
+  ASSERT_TRUE(body) << body.error().Text();
+  double sum = 0.0;
+  for (const auto& [name, shell] : ShellsOf(frame)) sum += Volume(shell);
+  EXPECT_NEAR(body->volume() / sum, 1.0, 1e-12);
 }
 
 TEST(FramePart, RefusesWhatIsOpenOrNotThere) {

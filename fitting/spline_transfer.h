@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <memory>
+
+#include "fitting/hierarchical_spline.h"
+#include "fitting/surface_model.h"
+
+namespace annulus {
+
+/// T with active coefficients of `to` = T · active coefficients of `from`, of two splines on the same coarsest grid:
+/// each is read off the polynomial on one of the cells of `to`, whose coefficients are its own (Giannelli, Jüttler,
+/// Speleers 2014: truncation preserves coefficients). Exact where that cell lies in one of `from`. So if `finer` splits
+/// cells of `coarser` and no others, CoefficientTransfer(coarser, finer) is the refinement, and
+/// CoefficientTransfer(finer, coarser) undoes it.
+[[nodiscard]] Eigen::SparseMatrix<double> CoefficientTransfer(const HierarchicalSpline& from,
+                                                              const HierarchicalSpline& to);
+
+/// The same surface on a spline that splits cells of the segment's own and no others. The normal matrix becomes one
+/// under which any quantity has the variance that it had: the added coefficients are held, at 1e-3 of the smallest sd,
+/// to what the old ones say. A surface P(u, v) becomes its tensor form.
+[[nodiscard]] SurfaceSegment Refined(const SurfaceSegment& segment, std::shared_ptr<const HierarchicalSpline> finer);
+
+/// The segment's surface as a hierarchical spline; of one level where it has none.
+struct ControlledSurface {
+  std::shared_ptr<const HierarchicalSpline> spline;
+  Eigen::VectorXd active;
+};
+[[nodiscard]] ControlledSurface ControlledBy(const SurfaceSegment& segment);
+
+}  // namespace annulus
