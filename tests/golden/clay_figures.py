@@ -9,7 +9,7 @@ paraboloids do not meet at q = 1, so both are blended by S, the step of fifth de
     rim(q)  = S(q²; 0.75, 1.25)·(1 − q²/ρ²)·(1 − S(q²; 0.6ρ², ρ²))
 
 Model 1: the rim's height k is the quotient of their volumes. f is the paper's, without the blend: a starting value.
-Model 2: the block is scaled about its middle by 1 + k, k = (V0/V1)^(1/3) − 1.
+Model 2: the block is scaled by 1 + k, k = (V0/V1)^(1/3) − 1; heights are over the plane's corners, which are scaled too.
 
 usage: clay_figures.py --check    compare clay_figures.json beside this file with what is computed here (a CTest)
        clay_figures.py --update   write it
@@ -22,9 +22,9 @@ import sys
 
 from scipy.integrate import quad
 
-RADIUS, RHO = 0.9, 2.0
+RADIUS, RHO = 0.98, 2.0
 DEPTHS = (0.25, 0.5, 0.75)
-BLOCK, MIDDLE = 6.0 * 6.0 * 3.0, -1.5
+BLOCK = 6.0 * 6.0 * 3.0
 FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "clay_figures.json")
 
 
@@ -61,8 +61,8 @@ def figures():
         result["fig6"].append({"depth_mm": depth, "k_mm": k, "f_mm": e * (RHO * RADIUS) ** 2, "dent_mm": -depth,
                                "rim_mm": highest(lambda q: depth * dent(q) + k * rim(q))})
         k = (BLOCK / (BLOCK + depth * volume(dent))) ** (1 / 3) - 1
-        result["fig7"].append({"depth_mm": depth, "k": k, "dent_mm": MIDDLE + (1 + k) * (-depth - MIDDLE),
-                               "top_mm": MIDDLE + (1 + k) * (highest(lambda q: depth * dent(q)) - MIDDLE)})
+        result["fig7"].append({"depth_mm": depth, "k": k, "dent_mm": -(1 + k) * depth,
+                               "lip_mm": (1 + k) * highest(lambda q: depth * dent(q))})
     return result
 
 
