@@ -17,8 +17,8 @@ namespace annulus {
 Result<ClayOfSurface> ClayFromPaper(const PaperSurface& surface, const std::string& name);
 
 /// Shells of a frame as they are, frame frame: "" all of them, else the shell of this name, else those of the body of
-/// this name (FrameBodies), or "lens_right", "lens_left", which are open and make no clay. Where shells overlap a volume counts twice. Fails on
-/// another name, naming those there are.
+/// this name (FrameBodies), or "lens_right", "lens_left", which are open and make no clay. Where shells overlap a
+/// volume counts twice. Fails on another name, naming those there are.
 Result<PatchShell> FramePart(const Frame& frame, std::string_view name);
 
 }  // namespace annulus

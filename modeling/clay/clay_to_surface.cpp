@@ -71,8 +71,9 @@ void Mark(const HierarchicalSpline& spline, double theta, double z, std::uint8_t
   flags[leaf.level][leaf.z_cell * spline.levels()[leaf.level].theta_cells() + leaf.theta_cell] = 1;
 }
 
-/// The spline with all leaves split that are off by more than a part of the tolerance, and those around them: a function of the
-/// next level needs four of its cells each way. None beyond the coefficients that there may be; null: none at all.
+/// The spline with all leaves split that are off by more than a part of the tolerance, and those around them: a
+/// function of the next level needs four of its cells each way. None beyond the coefficients that there may be; null:
+/// none at all.
 std::shared_ptr<const HierarchicalSpline> Split(const HierarchicalSpline& spline, const std::vector<double>& error,
                                                 const SurfaceOfClayOptions& options) {
   RefinementFlags flags = spline.flags();

@@ -32,7 +32,7 @@ RefinementFlags Coarse() {
 RefinementFlags Fine() {
   RefinementFlags flags = Coarse();
   for (std::size_t j = 0; j < 4; ++j) {
-    for (const std::size_t i : {10, 11, 0, 1, 2}) flags[0][j * 12 + i] = 1;
+    for (const std::size_t i : std::vector<std::size_t>{10, 11, 0, 1, 2}) flags[0][j * 12 + i] = 1;
   }
   for (std::size_t j = 4; j < 12; ++j) {
     for (std::size_t i = 4; i < 9; ++i) flags[1][j * 24 + i] = 1;
