@@ -181,11 +181,12 @@ std::size_t ClayRays::FloorOf(double z) const {
   return static_cast<std::size_t>(std::clamp(share, 0.0, static_cast<double>(kFloors - 1)));
 }
 
-std::optional<double> ClayRays::Radius(double theta, double z) const {
+std::optional<ClayRays::Hit> ClayRays::Meet(double theta, double z) const {
   const LevelRay ray{axis_.At(z), Vector2d(std::cos(theta), std::sin(theta)), z};
   for (const Piece& piece : floors_[FloorOf(z)]) {
     if (z < piece.low.z() - 1e-6 || z > piece.high.z() + 1e-6 || !Passes(ray, piece.low, piece.high)) continue;
-    if (const auto found = DistanceTo(BezierPatch(body_->mesh().patch(piece.leaf).net), ray)) return found;
+    const auto radius = DistanceTo(BezierPatch(body_->mesh().patch(piece.leaf).net), ray);
+    if (radius) return Hit{*radius, piece.leaf};
   }
   return std::nullopt;
 }

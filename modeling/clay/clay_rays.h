@@ -25,8 +25,13 @@ class ClayRays {
   /// How far the caps are from level planes at those heights, mm.
   [[nodiscard]] double caps_off() const { return caps_off_; }
 
-  /// Distance of the wall from the axis at a height between the caps, mm, to 1e-9; nothing if no wall is met.
-  [[nodiscard]] std::optional<double> Radius(double theta, double z) const;
+  /// Where a ray meets the wall.
+  struct Hit {
+    double radius = 0.0;  ///< From the axis, mm, to 1e-9.
+    PatchIndex leaf = kNoIndex;
+  };
+  /// The ray at a height between the caps; nothing if no wall is met.
+  [[nodiscard]] std::optional<Hit> Meet(double theta, double z) const;
 
  private:
   /// A leaf of the wall in the box of its control points.

@@ -64,6 +64,17 @@ SurfaceSegment Moved(const SurfaceSegment& segment, const Heights& heights) {
   return moved;
 }
 
+/// Of the leaves of a mesh, whether another one has just the same.
+std::vector<bool> Untouched(const ClayMesh& mesh, const ClayMesh& other) {
+  std::vector<bool> same(mesh.patches().size(), false);
+  for (const PatchIndex index : mesh.LeavesInOrder()) {
+    const ClayPatch& leaf = mesh.patch(index);
+    const PatchIndex there = other.LeafOf({leaf.base, leaf.level, leaf.column, leaf.row});
+    same[index] = there != kNoIndex && other.patch(there).net == leaf.net;
+  }
+  return same;
+}
+
 /// Marks the leaf at a place for splitting, unless it is finer already.
 void Mark(const HierarchicalSpline& spline, double theta, double z, std::uint8_t level, RefinementFlags& flags) {
   const SplineLeaf& leaf = spline.leaves()[spline.LeafAt(theta, z)];
@@ -131,11 +142,14 @@ Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayO
   const auto after = ClayRays::Make(shaped, segment.axis, walls);
   if (!after) return Fail(after);
   const Heights heights{before->z_min(), before->z_max(), after->z_min(), after->z_max()};
+  const std::vector<bool> untouched = Untouched(made.body.mesh(), shaped.mesh());
   const auto growth = [&](double theta, double z) -> std::optional<double> {
-    const auto was = before->Radius(theta, heights.Old(z));
-    const auto is = after->Radius(theta, z);
-    if (!was || !is) return std::nullopt;
-    return *is - *was;
+    const auto was = before->Meet(theta, heights.Old(z));
+    if (!was) return std::nullopt;
+    if (heights.Same() && untouched[was->leaf]) return 0.0;
+    const auto is = after->Meet(theta, z);
+    if (!is) return std::nullopt;
+    return is->radius - was->radius;
   };
   const std::size_t pieces = ControlledBy(segment).spline->leaves().size();
   auto changed = Grow(Moved(segment, heights), growth, options);
