@@ -97,23 +97,25 @@ ControlledSurface ControlledBy(const SurfaceSegment& segment) {
 
 SurfaceSegment Refined(const SurfaceSegment& segment, std::shared_ptr<const HierarchicalSpline> finer) {
   const ControlledSurface old = ControlledBy(segment);
-  const Sparse refine = CoefficientTransfer(*old.spline, *finer);
   SurfaceSegment refined = segment;
-  refined.active = refine * old.active;
+  refined.active = CoefficientTransfer(*old.spline, *finer) * old.active;
   refined.surface = finer->Surface(refined.active);
   refined.paper = nullptr;
-  if (segment.normal_matrix.nonZeros() > 0) {
-    const Sparse undo = CoefficientTransfer(*finer, *old.spline);
-    const Sparse precision = segment.normal_matrix.selfadjointView<Eigen::Upper>();
-    Sparse identity(refine.rows(), refine.rows());
-    identity.setIdentity();
-    const Sparse apart = identity - Sparse(refine * undo);
-    const double held = 1e5 * Eigen::VectorXd(precision.diagonal()).maxCoeff();
-    const Sparse lifted = Sparse(undo.transpose() * precision * undo) + held * Sparse(apart.transpose() * apart);
-    refined.normal_matrix = lifted.triangularView<Eigen::Upper>();
-  }
+  refined.normal_matrix.resize(0, 0);
   refined.hierarchy = std::move(finer);
   return refined;
+}
+
+Sparse RefinedPrecision(const Sparse& upper, const HierarchicalSpline& coarser, const HierarchicalSpline& finer) {
+  const Sparse refine = CoefficientTransfer(coarser, finer);
+  const Sparse undo = CoefficientTransfer(finer, coarser);
+  const Sparse precision = upper.selfadjointView<Eigen::Upper>();
+  Sparse identity(refine.rows(), refine.rows());
+  identity.setIdentity();
+  const Sparse apart = identity - Sparse(refine * undo);
+  const double held = 1e5 * Eigen::VectorXd(precision.diagonal()).maxCoeff();
+  const Sparse lifted = Sparse(undo.transpose() * precision * undo) + held * Sparse(apart.transpose() * apart);
+  return lifted.triangularView<Eigen::Upper>();
 }
 
 }  // namespace annulus

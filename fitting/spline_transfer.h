@@ -16,10 +16,16 @@ namespace annulus {
 [[nodiscard]] Eigen::SparseMatrix<double> CoefficientTransfer(const HierarchicalSpline& from,
                                                               const HierarchicalSpline& to);
 
-/// The same surface on a spline that splits cells of the segment's own and no others. The normal matrix becomes one
-/// under which any quantity has the variance that it had: the added coefficients are held, at 1e-3 of the smallest sd,
-/// to what the old ones say. A surface P(u, v) becomes its tensor form.
+/// The same surface on a spline that splits cells of the segment's own and no others. Without a normal matrix; a
+/// surface P(u, v) becomes its tensor form.
 [[nodiscard]] SurfaceSegment Refined(const SurfaceSegment& segment, std::shared_ptr<const HierarchicalSpline> finer);
+
+/// A normal matrix (upper triangle) of the refined coefficients under which any quantity has the variance that it had:
+/// what the refinement added is held, at 3e-3 of the smallest sd, to what the old coefficients say. To be made in one
+/// step from the surface as it was fitted: each step widens the range of its numbers.
+[[nodiscard]] Eigen::SparseMatrix<double> RefinedPrecision(const Eigen::SparseMatrix<double>& upper,
+                                                           const HierarchicalSpline& coarser,
+                                                           const HierarchicalSpline& finer);
 
 /// The segment's surface as a hierarchical spline; of one level where it has none.
 struct ControlledSurface {

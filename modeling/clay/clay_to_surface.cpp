@@ -114,16 +114,22 @@ std::shared_ptr<const HierarchicalSpline> Split(const HierarchicalSpline& spline
 }
 
 /// Grows the radius, with more knots as long as they are needed and there may be more.
-Result<ChangedSegment> Grow(SurfaceSegment start, const RadiusGrowth& growth, const SurfaceOfClayOptions& options) {
-  const ThetaZBox all{0.0, kTwoPi, start.surface.z_min(), start.surface.z_max()};
-  for (;;) {
-    auto changed = GrowRadius(start, all, growth);
-    if (!changed || changed->largest_error <= options.tolerance_mm) return changed;
-    const ControlledSurface own = ControlledBy(start);
-    auto finer = Split(*own.spline, changed->piece_error, options);
-    if (finer == nullptr) return changed;
-    start = Refined(start, std::move(finer));
+Result<ChangedSegment> Grow(const SurfaceSegment& segment, const RadiusGrowth& growth,
+                            const SurfaceOfClayOptions& options) {
+  const ThetaZBox all{0.0, kTwoPi, segment.surface.z_min(), segment.surface.z_max()};
+  auto changed = GrowRadius(segment, all, growth);
+  const ControlledSurface old = ControlledBy(segment);
+  std::shared_ptr<const HierarchicalSpline> spline = old.spline;
+  while (changed && !(changed->largest_error <= options.tolerance_mm)) {
+    auto finer = Split(*spline, changed->piece_error, options);
+    if (finer == nullptr) break;
+    spline = std::move(finer);
+    changed = GrowRadius(Refined(segment, spline), all, growth);
   }
+  if (changed && spline != old.spline && segment.normal_matrix.nonZeros() > 0) {
+    changed->segment.normal_matrix = RefinedPrecision(segment.normal_matrix, *old.spline, *spline);
+  }
+  return changed;
 }
 
 }  // namespace
