@@ -100,7 +100,23 @@ std::optional<double> DistanceFrom(const BezierPatch& patch, const LevelRay& ray
   return std::nullopt;
 }
 
+/// Whether all control points are on one side of the upright plane through the ray: then so is the patch.
+bool Beside(const ControlNet& net, const LevelRay& ray) {
+  const Vector2d across(-ray.out.y(), ray.out.x());
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const auto& row : net) {
+    for (const Vector3d& control : row) {
+      const double side = across.dot(control.head<2>() - ray.from);
+      least = std::min(least, side);
+      most = std::max(most, side);
+    }
+  }
+  return least > 1e-6 || most < -1e-6;
+}
+
 std::optional<double> DistanceTo(const BezierPatch& patch, const LevelRay& ray) {
+  if (Beside(patch.control_net(), ray)) return std::nullopt;
   for (const Vector2d& start :
        {Vector2d(0.5, 0.5), Vector2d(0.15, 0.15), Vector2d(0.85, 0.15), Vector2d(0.85, 0.85), Vector2d(0.15, 0.85)}) {
     if (const auto found = DistanceFrom(patch, ray, start)) return found;
