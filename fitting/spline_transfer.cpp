@@ -2,7 +2,9 @@
 
 #include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -14,8 +16,13 @@ namespace {
 using Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
+constexpr double kMostProducts = 1e8;  ///< A precision takes a second and some 100 MB then.
+
 /// Shares of a cell at which a polynomial is read: Chebyshev's, well within.
 constexpr std::array<double, 4> kAt{0.0380602337443566, 0.3086582838174551, 0.6913417161825449, 0.9619397662556434};
+
+/// Level of a function, and its number there.
+using Function = std::pair<std::uint8_t, std::size_t>;
 
 /// An active coefficient as the local one of a leaf.
 struct Reading {
@@ -23,6 +30,15 @@ struct Reading {
   std::uint16_t local = 0;
   bool found = false;
 };
+
+Function FunctionOf(const HierarchicalSpline& spline, const Reading& reading) {
+  const SplineLeaf& leaf = spline.leaves()[reading.leaf];
+  const SplineLevel& level = spline.levels()[leaf.level];
+  const double theta = (leaf.theta_cell + 0.5) * level.theta.spacing();
+  const std::size_t around = level.theta.InInterval(leaf.theta_cell, theta).index[reading.local % 4];
+  const std::size_t up = level.z.InInterval(leaf.z_cell, level.z.breakpoints()[leaf.z_cell]).index[reading.local / 4];
+  return {leaf.level, up * level.theta_cells() + around};
+}
 
 /// Of each active coefficient a leaf on which a local one is just it. There is one: a function of a level acts on a
 /// cell of that level.
@@ -61,13 +77,34 @@ std::array<double, 4> ReadingWeights(const IntervalCubics& cubics, std::size_t k
   return weights;
 }
 
+/// Products of entries in rowsᵀ · middle · rows.
+double ProductsOf(const Sparse& rows, const Sparse& middle) {
+  std::vector<double> entries(static_cast<std::size_t>(rows.rows()), 0.0);
+  for (Index column = 0; column < rows.outerSize(); ++column) {
+    for (Sparse::InnerIterator entry(rows, column); entry; ++entry) ++entries[static_cast<std::size_t>(entry.row())];
+  }
+  double products = 0.0;
+  for (Index column = 0; column < middle.outerSize(); ++column) {
+    for (Sparse::InnerIterator entry(middle, column); entry; ++entry) {
+      products += entries[static_cast<std::size_t>(entry.row())] * entries[static_cast<std::size_t>(column)];
+    }
+  }
+  return products;
+}
+
 }  // namespace
 
 Sparse CoefficientTransfer(const HierarchicalSpline& from, const HierarchicalSpline& to) {
   const std::vector<Reading> readings = ReadingsOf(to);
+  std::map<Function, std::size_t> known;
+  for (const Reading& reading : ReadingsOf(from)) known.emplace(FunctionOf(from, reading), known.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t row = 0; row < readings.size(); ++row) {
     ENSURE(readings[row].found, "every active coefficient is a local one of some leaf");
+    if (const auto same = known.find(FunctionOf(to, readings[row])); same != known.end()) {
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(same->second), 1.0);
+      continue;
+    }
     const SplineLeaf& leaf = to.leaves()[readings[row].leaf];
     const SplineLevel& level = to.levels()[leaf.level];
     const double z = level.z.breakpoints()[leaf.z_cell];
@@ -107,9 +144,10 @@ SurfaceSegment Refined(const SurfaceSegment& segment, std::shared_ptr<const Hier
 }
 
 Sparse RefinedPrecision(const Sparse& upper, const HierarchicalSpline& coarser, const HierarchicalSpline& finer) {
-  const Sparse refine = CoefficientTransfer(coarser, finer);
   const Sparse undo = CoefficientTransfer(finer, coarser);
   const Sparse precision = upper.selfadjointView<Eigen::Upper>();
+  if (ProductsOf(undo, precision) > kMostProducts) return {};
+  const Sparse refine = CoefficientTransfer(coarser, finer);
   Sparse identity(refine.rows(), refine.rows());
   identity.setIdentity();
   const Sparse apart = identity - Sparse(refine * undo);

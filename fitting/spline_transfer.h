@@ -8,10 +8,10 @@
 
 namespace annulus {
 
-/// T with active coefficients of `to` = T · active coefficients of `from`, of two splines on the same coarsest grid:
-/// each is read off the polynomial on one of the cells of `to`, whose coefficients are its own (Giannelli, Jüttler,
-/// Speleers 2014: truncation preserves coefficients). Exact where that cell lies in one of `from`. So if `finer` splits
-/// cells of `coarser` and no others, CoefficientTransfer(coarser, finer) is the refinement, and
+/// T with active coefficients of `to` = T · active coefficients of `from`, of two splines on the same coarsest grid. A
+/// function that both have keeps its coefficient (Giannelli, Jüttler, Speleers 2014: truncation preserves
+/// coefficients); another's is read off the polynomial on a cell of `to`, exact where that cell lies in one of `from`.
+/// So if `finer` splits cells of `coarser` and no others, CoefficientTransfer(coarser, finer) is the refinement, and
 /// CoefficientTransfer(finer, coarser) undoes it.
 [[nodiscard]] Eigen::SparseMatrix<double> CoefficientTransfer(const HierarchicalSpline& from,
                                                               const HierarchicalSpline& to);
@@ -22,7 +22,8 @@ namespace annulus {
 
 /// A normal matrix (upper triangle) of the refined coefficients under which any quantity has the variance that it had:
 /// what the refinement added is held, at 3e-3 of the smallest sd, to what the old coefficients say. To be made in one
-/// step from the surface as it was fitted: each step widens the range of its numbers.
+/// step from the surface as it was fitted: each step widens the range of its numbers. Without entries if it would have
+/// too many: where large parts are much finer.
 [[nodiscard]] Eigen::SparseMatrix<double> RefinedPrecision(const Eigen::SparseMatrix<double>& upper,
                                                            const HierarchicalSpline& coarser,
                                                            const HierarchicalSpline& finer);

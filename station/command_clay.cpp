@@ -207,9 +207,14 @@ Result<Json> WriteModel(const std::string& path, const ClayInput& input, Command
             {"volume_error", surface->volume_error},
             {"largest_growth_mm", surface->largest_growth_mm},
             {"largest_error_mm", surface->largest_error_mm},
-            {"rms_error_mm", surface->rms_error_mm},
-            {"caps_off_mm", surface->caps_off_mm}};
+            {"caps_off_mm", surface->caps_off_mm},
+            {"pieces_split", surface->pieces_split},
+            {"covariance_kept", surface->covariance_kept}};
   model.segments[0] = std::move(surface->segment);
+  // All segments have one or none.
+  if (!surface->covariance_kept) {
+    for (SurfaceSegment& segment : model.segments) segment.normal_matrix.resize(0, 0);
+  }
   model.provenance.method += "+clay";
   RETURN_IF_ERROR(WriteModelFile(io.storage(), path, model));
   return json;

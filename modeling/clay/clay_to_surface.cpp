@@ -19,6 +19,8 @@ namespace {
 /// Of the tolerance: what is nearly off is split with what is, or that would stay alone with its few new functions.
 constexpr double kSplitFrom = 0.25;
 
+constexpr std::size_t kMostRefinements = 8;  ///< As MODEL.json may have.
+
 /// The heights of a segment before and after its ends moved.
 struct Heights {
   double old_from, old_to, from, to;
@@ -89,7 +91,8 @@ std::shared_ptr<const HierarchicalSpline> Split(const HierarchicalSpline& spline
                                                 const SurfaceOfClayOptions& options) {
   RefinementFlags flags = spline.flags();
   const SplineLevel& finest = spline.finest();
-  const bool deeper = 4 * finest.theta.count() * finest.z.count() <= options.most_coefficients;
+  const bool deeper = 4 * finest.theta.count() * finest.z.count() <= options.most_coefficients &&
+                      spline.levels().size() <= kMostRefinements;
   if (deeper) flags.emplace_back(finest.theta_cells() * finest.z_cells(), char{0});
   bool split = false;
   for (std::size_t n = 0; n < error.size(); ++n) {
@@ -113,6 +116,8 @@ std::shared_ptr<const HierarchicalSpline> Split(const HierarchicalSpline& spline
   return std::make_shared<const HierarchicalSpline>(coarsest.theta.count(), coarsest.z.breakpoints(), std::move(flags));
 }
 
+double Largest(const std::vector<double>& distances) { return *std::max_element(distances.begin(), distances.end()); }
+
 /// Grows the radius, with more knots as long as they are needed and there may be more.
 Result<ChangedSegment> Grow(const SurfaceSegment& segment, const RadiusGrowth& growth,
                             const SurfaceOfClayOptions& options) {
@@ -120,8 +125,8 @@ Result<ChangedSegment> Grow(const SurfaceSegment& segment, const RadiusGrowth& g
   auto changed = GrowRadius(segment, all, growth);
   const ControlledSurface old = ControlledBy(segment);
   std::shared_ptr<const HierarchicalSpline> spline = old.spline;
-  while (changed && !(changed->largest_error <= options.tolerance_mm)) {
-    auto finer = Split(*spline, changed->piece_error, options);
+  while (changed && !(Largest(changed->piece_distance) <= options.tolerance_mm)) {
+    auto finer = Split(*spline, changed->piece_distance, options);
     if (finer == nullptr) break;
     spline = std::move(finer);
     changed = GrowRadius(Refined(segment, spline), all, growth);
@@ -161,12 +166,12 @@ Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayO
   auto changed = Grow(Moved(segment, heights), growth, options);
   if (!changed) return Fail(changed);
   SurfaceOfClay result{std::move(changed->segment)};
-  result.largest_error_mm = changed->largest_error;
-  result.rms_error_mm = changed->rms_error;
+  result.largest_error_mm = Largest(changed->piece_distance);
   result.largest_growth_mm = changed->largest_growth;
   result.volume_mm3 = SegmentVolume(result.segment);
   result.volume_error = result.volume_mm3 / shaped.volume() - 1.0;
   result.caps_off_mm = after->caps_off();
+  result.covariance_kept = segment.normal_matrix.nonZeros() == 0 || result.segment.normal_matrix.nonZeros() > 0;
   result.pieces_split = (ControlledBy(result.segment).spline->leaves().size() - pieces) / 3;
   return result;
 }

@@ -11,23 +11,23 @@ namespace annulus {
 /// A measured surface after clay that was made of it has been shaped, and how well it follows the clay.
 struct SurfaceOfClay {
   SurfaceSegment segment;
-  /// Of what shaping did to the radius, mm, at 3 × 3 places of every piece between those fitted. What the clay was off
-  /// before (ClayOfSurface::largest_error_mm) comes on top.
+  /// Of what shaping did, along the normal of the surface as it was, mm, at 3 × 3 places of every piece between those
+  /// fitted. What the clay was off before (ClayOfSurface::largest_error_mm) comes on top.
   double largest_error_mm = 0.0;
-  double rms_error_mm = 0.0;
   double largest_growth_mm = 0.0;  ///< Of the radius, absolute.
   double volume_mm3 = 0.0;
   /// Of the surface's volume, less the clay's, over the clay's.
   double volume_error = 0.0;
   /// How far the clay's caps are from level planes, mm: what is beyond the segment's ends is left out.
   double caps_off_mm = 0.0;
+  bool covariance_kept = true;   ///< False: with so many knots it would have been too large, and was left out.
   std::size_t pieces_split = 0;  ///< Of the segment's pieces, and pieces of these, for more knots.
 };
 
 /// How closely.
 struct SurfaceOfClayOptions {
-  /// Knots are put half-way between the segment's own where its radius is off by more, mm; infinite: nowhere.
-  double tolerance_mm = 0.05;
+  /// Knots are put half-way between the segment's own where it is off by more, mm; infinite: nowhere.
+  double tolerance_mm = 0.1;
   std::size_t most_coefficients = std::size_t{1} << 21U;  ///< Of the tensor form on the finest level.
 };
 

@@ -84,7 +84,7 @@ class GrowthFit {
 
   /// Errors between the places, into `result`.
   Status Check(const Eigen::VectorXd& change, const RadiusGrowth& growth, ChangedSegment& result) const {
-    result.piece_error.assign(spline_.leaves().size(), 0.0);
+    result.piece_distance.assign(spline_.leaves().size(), 0.0);
     double squares = 0.0;
     std::size_t checks = 0;
     for (const SplineLeaf* leaf : leaves_) {
@@ -99,9 +99,9 @@ class GrowthFit {
           got += entry.weight * change[static_cast<Index>(entry.index)];
         }
         const double error = got - *wanted;
-        double& here = result.piece_error[static_cast<std::size_t>(leaf - spline_.leaves().data())];
-        here = std::max(here, std::abs(error));
-        result.largest_error = std::max(result.largest_error, here);
+        result.largest_error = std::max(result.largest_error, std::abs(error));
+        double& distance = result.piece_distance[static_cast<std::size_t>(leaf - spline_.leaves().data())];
+        if (error != 0.0) distance = std::max(distance, std::abs(error) * Outwards(result.segment, theta, z));
         result.largest_growth = std::max(result.largest_growth, std::abs(*wanted));
         squares += error * error;
         ++checks;
@@ -112,6 +112,11 @@ class GrowthFit {
   }
 
  private:
+  /// The radial part of the surface's normal.
+  static double Outwards(const SurfaceSegment& segment, double theta, double z) {
+    return std::abs(SegmentNormal(segment, theta, z).dot(Vector3d(std::cos(theta), std::sin(theta), 0.0)));
+  }
+
   static tl::unexpected<Error> Unknown(double z) {
     return Fail(kAttempted, "at z " + std::to_string(z) + " mm the changed skin has more than one radius or none",
                 "make a smaller change");

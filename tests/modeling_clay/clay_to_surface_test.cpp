@@ -113,7 +113,7 @@ TEST(SurfaceFromClay, FollowsAPushAndItsSwelling) {
     const auto back = SurfaceFromClay(segment, made, shaped);
     ASSERT_TRUE(back) << back.error().Text();
     // Its own knots, 25 … 50 mm apart, do not follow a finger of 60 mm; finer ones do.
-    EXPECT_LE(back->largest_error_mm, 0.05);
+    EXPECT_LE(back->largest_error_mm, 0.1);
     EXPECT_GT(back->largest_growth_mm, 5.0);
     EXPECT_GT(back->pieces_split, 100U);
     EXPECT_LE(std::abs(back->volume_error), 1e-7);

@@ -99,7 +99,8 @@ class Clay(ProgramTest):
         one, model = report["operations"][0], report["model"]
         self.assertLessEqual(abs(one["volume_after_mm3"] / one["volume_before_mm3"] - 1), 1e-12)
         self.assertLess(one["touched"], one["patches"] / 5)
-        self.assertLessEqual(model["largest_error_mm"], 0.05)
+        self.assertLessEqual(model["largest_error_mm"], 0.1)
+        self.assertTrue(model["covariance_kept"])
         self.assertLessEqual(abs(model["volume_error"]), 1e-6)
         self.assertEqual(self.read_json("shaped.json")["measured"][0]["rows"], head["measured"][0]["rows"])
         # Live girths of the clay against sections of both models.
