@@ -77,6 +77,21 @@ std::array<double, 4> ReadingWeights(const IntervalCubics& cubics, std::size_t k
   return weights;
 }
 
+/// Zeros where two functions act at one place: entries that SurfaceCovariance::LocalVariance wants to be there.
+Sparse NeighboursOf(const HierarchicalSpline& spline) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const SplineLeaf& leaf : spline.leaves()) {
+    for (const std::uint32_t a : spline.Active(leaf)) {
+      for (const std::uint32_t b : spline.Active(leaf)) {
+        entries.emplace_back(static_cast<int>(a), static_cast<int>(b), 0.0);
+      }
+    }
+  }
+  Sparse zeros(static_cast<Index>(spline.size()), static_cast<Index>(spline.size()));
+  zeros.setFromTriplets(entries.begin(), entries.end());
+  return zeros;
+}
+
 /// Products of entries in rowsᵀ · middle · rows.
 double ProductsOf(const Sparse& rows, const Sparse& middle) {
   std::vector<double> entries(static_cast<std::size_t>(rows.rows()), 0.0);
@@ -153,7 +168,7 @@ Sparse RefinedPrecision(const Sparse& upper, const HierarchicalSpline& coarser, 
   const Sparse apart = identity - Sparse(refine * undo);
   const double held = 1e5 * Eigen::VectorXd(precision.diagonal()).maxCoeff();
   const Sparse lifted = Sparse(undo.transpose() * precision * undo) + held * Sparse(apart.transpose() * apart);
-  return lifted.triangularView<Eigen::Upper>();
+  return Sparse((lifted + NeighboursOf(finer)).triangularView<Eigen::Upper>());
 }
 
 }  // namespace annulus
