@@ -143,10 +143,10 @@ Result<SurfaceOfClay> SurfaceFromClay(const SurfaceSegment& segment, const ClayO
                                       const SurfaceOfClayOptions& options) {
   const std::size_t walls = made.columns * made.rows;
   if (shaped.mesh().base_count() != made.body.mesh().base_count()) {
-    return Fail("make a surface r(theta, z) of a clay body",
-                fmt::format("it was made of {} patches, the model makes {}", shaped.mesh().base_count(),
-                            made.body.mesh().base_count()),
-                "name the model that the clay was made of");
+    return Fail(
+        "make a surface r(theta, z) of a clay body",
+        fmt::format("it has {} patches, the model makes {}", shaped.mesh().base_count(), made.body.mesh().base_count()),
+        "name the model that it was made of; clay with a hole through it has no r(theta, z)");
   }
   const auto before = ClayRays::Make(made.body, segment.axis, walls);
   if (!before) return Fail(before);

@@ -152,7 +152,7 @@ TEST(SurfaceFromClay, RefusesClayOfAnotherModel) {
   const SurfaceSegment segment = Cylinder(120.0, 500.0);
   const auto back = SurfaceFromClay(segment, Clay(segment), *ClayBody::Make(ClayBlock()));
   ASSERT_FALSE(back);
-  EXPECT_NE(back.error().seen.find("of 144 patches"), std::string::npos) << back.error().Text();
+  EXPECT_NE(back.error().seen.find("it has 144 patches"), std::string::npos) << back.error().Text();
 }
 
 }  // namespace
