@@ -6,16 +6,23 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "fitting/paper_model.h"
 #include "modeling/clay/clay_convert.h"
+#include "modeling/clay/clay_exact.h"
 #include "modeling/clay/clay_girths.h"
+#include "modeling/clay/clay_history.h"
 #include "modeling/clay/clay_json.h"
 #include "modeling/clay/clay_script.h"
 #include "modeling/clay/clay_shapes.h"
 #include "modeling/clay/clay_tessellate.h"
+#include "modeling/clay/clay_to_surface.h"
 #include "modeling/exchange/model_json.h"
+#include "modeling/glasses/frame_json.h"
 #include "modeling/mesh/mesh_io.h"
 #include "station/commands.h"
 #include "station/files.h"
@@ -29,50 +36,110 @@ constexpr std::size_t kMeshSteps = 4;  ///< Cells of a leaf, each way, in a mesh
 
 struct ClayCommand {
   std::string in;
+  std::string part;     ///< Of a frame.
+  std::string made_of;  ///< What a clay body of `in` was made of.
+  std::size_t undo = 0;
   std::string ops;
   std::vector<std::string> out;
+  std::string out_model;
   std::vector<double> girths;  ///< Heights, mm.
   std::string json;
+};
+
+/// A model and the clay that was made of its main segment.
+struct ClayModel {
+  SurfaceModel model;
+  ClayOfSurface made;
 };
 
 /// A body to work on, and what is to be said of where it came from.
 struct ClayInput {
   ClayFile file;
   Json source;
+  std::optional<ClayModel> of;  ///< Where it was made of a model that is known.
 };
 
-Result<ClayInput> BuiltIn(const std::string& name, const PatchShell& shell) {
+constexpr const char* kSigned = "volume is signed: what lies in two of its shells counts twice";
+
+Result<ClayInput> OfShell(const PatchShell& shell, Json source) {
   auto body = ClayBody::Make(shell);
   if (!body) return Fail(body);
-  Json source{{"in", name}};
-  if (name == "teapot") source["note"] = "volume is signed: where handle and spout lie in the pot counts twice";
-  return ClayInput{{std::move(*body), {}}, std::move(source)};
+  return ClayInput{{std::move(*body), {}}, std::move(source), {}};
 }
 
 Result<ClayInput> OfModel(const std::string& text, const std::string& path) {
-  const auto model = ModelFromJson(text, path);
+  auto model = ModelFromJson(text, path);
   if (!model) return Fail(model);
-  auto made = ClayFromSurface(model->main());
+  const SurfaceSegment& segment = model->main();
+  auto made = segment.paper != nullptr ? ClayFromPaper(segment.paper->surface, segment.name) : ClayFromSurface(segment);
   if (!made) return Fail(made);
   Json source{{"in", "model"},
-              {"segment", model->main().name},
+              {"segment", segment.name},
               {"columns", made->columns},
               {"rows", made->rows},
+              {"exact", segment.paper != nullptr},
               {"largest_error_mm", made->largest_error_mm},
               {"volume_error", made->volume_error}};
   if (model->segments.size() > 1) source["note"] = "of several segments the main one";
-  return ClayInput{{std::move(made->body), {}}, std::move(source)};
+  ClayFile file{made->body, {}};
+  return ClayInput{std::move(file), std::move(source), ClayModel{std::move(*model), std::move(*made)}};
 }
 
-Result<ClayInput> Read(const std::string& in, CommandIo& io) {
-  if (in == "block") return BuiltIn(in, ClayBlock());
-  if (in == "teapot") return BuiltIn(in, UtahTeapot());
+Result<ClayInput> OfFrame(const std::string& text, const std::string& path, const std::string& part) {
+  const auto file = FrameFromJson(text, path);
+  if (!file) return Fail(file);
+  const auto frame = BuildFrame(file->design, file->adjustment.value_or(StandardAdjustment(file->design)));
+  if (!frame) return Fail(frame);
+  const auto shell = FramePart(*frame, part);
+  if (!shell) return Fail(shell);
+  return OfShell(*shell, {{"in", "frame"}, {"part", part}, {"exact", true}, {"note", kSigned}});
+}
+
+/// Whatever clay can be made of.
+Result<ClayInput> Fresh(const std::string& in, const std::string& part, CommandIo& io) {
+  if (in == "block") return OfShell(ClayBlock(), {{"in", in}});
+  if (in == "teapot") return OfShell(UtahTeapot(), {{"in", in}, {"note", kSigned}});
   const auto text = ReadTextFile(io.storage(), in);
   if (!text) return Fail(text);
-  if (!IsClayJson(*text)) return OfModel(*text, in);
-  auto file = ClayFromJson(*text, in);
+  if (IsFrameJson(*text)) return OfFrame(*text, in, part);
+  return OfModel(*text, in);
+}
+
+/// A clay body as it was saved, less what is undone.
+Result<ClayInput> Saved(const std::string& text, const ClayCommand& options, CommandIo& io) {
+  auto file = ClayFromJson(text, options.in);
   if (!file) return Fail(file);
-  return ClayInput{std::move(*file), {{"in", "clay"}}};
+  ClayInput input{std::move(*file), {{"in", "clay"}}, {}};
+  if (options.made_of.empty()) {
+    if (options.undo == 0 && options.out_model.empty()) return input;
+    io.set_failure_code(2);
+    return Fail("go back from clay body " + options.in, "it is not said what it was made of", "give --made-of BODY");
+  }
+  auto beginning = Fresh(options.made_of, options.part, io);
+  if (!beginning) return Fail(beginning);
+  input.of = std::move(beginning->of);
+  if (options.undo == 0) return input;
+  auto undone = Undone(input.file, beginning->file.body, options.undo);
+  if (!undone) return Fail(undone);
+  // Read again, as if it had been saved then: what comes after replays to the byte.
+  auto again = ClayFromJson(ClayToJson(*undone), options.in);
+  if (!again) return Fail(again);
+  input.file = std::move(*again);
+  input.source["undone"] = options.undo;
+  return input;
+}
+
+Result<ClayInput> Read(const ClayCommand& options, CommandIo& io) {
+  if (options.in != "block" && options.in != "teapot") {
+    const auto text = ReadTextFile(io.storage(), options.in);
+    if (!text) return Fail(text);
+    if (IsClayJson(*text)) return Saved(*text, options, io);
+  }
+  if (options.undo > 0) {
+    io.set_failure_code(2);
+    return Fail("undo operations on " + options.in, "it is no clay body", "give one that this command has written");
+  }
+  return Fresh(options.in, options.part, io);
 }
 
 Json GirthsJson(const ClayGirths& girths) {
@@ -124,8 +191,37 @@ Status WriteBody(const std::string& path, const ClayFile& file, CommandIo& io) {
   return Fail("write " + path, "its ending is '" + ending + "'", "use .json, .stl, .obj or .ply");
 }
 
+/// The model with the clay's shape; what is said of it.
+Result<Json> WriteModel(const std::string& path, const ClayInput& input, CommandIo& io) {
+  if (!input.of) {
+    io.set_failure_code(2);
+    return Fail("write model " + path, "the clay was not made of a model", "give --in or --made-of a MODEL.json");
+  }
+  SurfaceModel model = input.of->model;
+  auto surface = SurfaceFromClay(model.main(), input.of->made, input.file.body);
+  if (!surface) return Fail(surface);
+  Json json{{"segment", surface->segment.name},
+            {"z_min_mm", surface->segment.surface.z_min()},
+            {"z_max_mm", surface->segment.surface.z_max()},
+            {"volume_mm3", surface->volume_mm3},
+            {"volume_error", surface->volume_error},
+            {"largest_growth_mm", surface->largest_growth_mm},
+            {"largest_error_mm", surface->largest_error_mm},
+            {"caps_off_mm", surface->caps_off_mm},
+            {"pieces_split", surface->pieces_split},
+            {"covariance_kept", surface->covariance_kept}};
+  model.segments[0] = std::move(surface->segment);
+  // All segments have one or none.
+  if (!surface->covariance_kept) {
+    for (SurfaceSegment& segment : model.segments) segment.normal_matrix.resize(0, 0);
+  }
+  model.provenance.method += "+clay";
+  RETURN_IF_ERROR(WriteModelFile(io.storage(), path, model));
+  return json;
+}
+
 Status Shape(const ClayCommand& options, CommandIo& io) {
-  auto input = Read(options.in, io);
+  auto input = Read(options, io);
   if (!input) return Fail(input);
   ClayBody& body = input->file.body;
   ClayGirths girths(body, options.girths);
@@ -146,6 +242,11 @@ Status Shape(const ClayCommand& options, CommandIo& io) {
   report["volume_mm3"] = body.volume();
   report["area_mm2"] = body.Area();
   report["patches"] = body.mesh().leaf_count();
+  if (!options.out_model.empty()) {
+    auto model = WriteModel(options.out_model, *input, io);
+    if (!model) return Fail(model);
+    report["model"] = std::move(*model);
+  }
   for (const std::string& path : options.out) RETURN_IF_ERROR(WriteBody(path, input->file, io));
   if (!options.json.empty()) return io.WriteJson(options.json, report);
   return io.Print(fmt::format("{} operations: volume {:.3f} mm3, area {:.3f} mm2, {} patches\n",
@@ -157,13 +258,24 @@ Status Shape(const ClayCommand& options, CommandIo& io) {
 void AddClayCommand(CLI::App& app, CommandWork& chosen) {
   auto options = std::make_shared<ClayCommand>();
   CLI::App* command = app.add_subcommand("clay", "shape a body as clay is shaped; its volume is kept exactly");
-  command->add_option("--in", options->in, "MODEL.json, a clay body of this command, block or teapot")
+  command->add_option("--in", options->in, "MODEL.json, FRAME.json, a clay body of this command, block or teapot")
       ->required()
       ->type_name("BODY");
+  command->add_option("--part", options->part, "of a frame: a body or shell by name; unless given, all of it")
+      ->type_name("NAME");
+  command
+      ->add_option("--made-of", options->made_of,
+                   "what a clay body was made of, as --in then was: for --undo and --out-model")
+      ->type_name("BODY");
+  command->add_option("--undo", options->undo, "first take back the last N operations of a clay body")->type_name("N");
   command->add_option("--ops", options->ops, "script of operations (docs/formats.md, \"Clay operations\")")
       ->type_name("OPS.json");
   command->add_option("--out", options->out, "the body: .json keeps it whole, .stl, .obj and .ply are its skin")
       ->type_name("F");
+  command
+      ->add_option("--out-model", options->out_model,
+                   "the MODEL.json with the clay's shape, for measure, section, render, flatten")
+      ->type_name("MODEL.json");
   command->add_option("--girth", options->girths, "heights at which every operation reports the body's girth, mm")
       ->type_name("Z")
       ->delimiter(',');

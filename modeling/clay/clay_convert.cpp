@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "modeling/measure/gauss.h"
+#include "modeling/elastic/elastic_region.h"
 
 namespace annulus {
 namespace {
@@ -39,24 +39,6 @@ SurfaceJet JetAt(const SurfaceSegment& segment, double theta, double z) {
   jet.by_z = Vector3d(lean.x(), lean.y(), 1.0) + r.r_z * out;
   jet.twist = r.r_theta_z * out + r.r_z * around;
   return jet;
-}
-
-/// ∬ r²/2 dθ dz, mm³: four Gauss nodes each way in every cell are exact, r² having degree 6 in either direction there.
-double VolumeOf(const SurfaceSegment& segment) {
-  const std::size_t columns = segment.surface.theta_basis().count();
-  std::vector<double> theta;
-  for (std::size_t i = 0; i <= columns; ++i) {
-    theta.push_back(2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(columns));
-  }
-  const std::vector<QuadratureNode> around = PiecewiseGauss(theta);
-  double volume = 0.0;
-  for (const QuadratureNode& z : PiecewiseGauss(segment.surface.z_basis().breakpoints())) {
-    for (const QuadratureNode& t : around) {
-      const double radius = segment.surface.Radius(t.x, z.x);
-      volume += 0.5 * radius * radius * t.weight * z.weight;
-    }
-  }
-  return volume;
 }
 
 /// The grid of base patches over (theta, z).
@@ -135,7 +117,7 @@ class Converter {
 
   /// Cut finer until the volume agrees, too: patches lie on one side of what curves.
   Result<ClayOfSurface> Convert() {
-    const double wanted = VolumeOf(segment_);
+    const double wanted = SegmentVolume(segment_);
     for (;;) {
       auto made = ConvertTo(tolerance_);
       if (!made) return made;

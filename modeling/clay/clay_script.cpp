@@ -9,6 +9,7 @@
 #include <numbers>
 #include <string>
 
+#include "modeling/clay/clay_closest.h"
 #include "modeling/glasses/json_reader.h"
 
 namespace annulus {
@@ -70,6 +71,13 @@ class Fields {
     at.v = Number("v", 0.5);
     return at;
   }
+  /// Where a tool is held: an address, or none yet, but the point that it is to be nearest to.
+  ClayAddress Place() {
+    if (!Has("near_mm")) return Address();
+    near_ = Taken(reader_.Vector(json_, "near_mm"));
+    return {};
+  }
+  [[nodiscard]] const std::optional<Vector3d>& near() const { return near_; }
   std::optional<Vector3d> Direction() {
     if (!Has("direction")) return {};
     return Taken(reader_.Vector(json_, "direction"));
@@ -112,6 +120,7 @@ class Fields {
   JsonReader reader_;
   const Json& json_;
   std::vector<std::string> known_;
+  std::optional<Vector3d> near_;
 };
 
 const std::map<std::string, ClayTool> kTools{{"finger", ClayTool::kFinger},
@@ -128,7 +137,7 @@ std::map<std::string, ClayTool> ToolsOf(std::initializer_list<const char*> names
 /// A hold with one of the tools that table 1 marks; the first is meant where none is named.
 ToolHold Hold(Fields& fields, std::initializer_list<const char*> tools) {
   ToolHold hold;
-  hold.at = fields.Address();
+  hold.at = fields.Place();
   hold.tool = fields.OneOf("tool", ToolsOf(tools), kTools.at(*tools.begin()));
   hold.radius_mm = fields.Number("radius_mm", hold.radius_mm);
   hold.length_mm = fields.Number("length_mm", hold.length_mm);
@@ -145,7 +154,7 @@ ClayStep Push(Fields& fields, double sign) {
   act.depth_mm = sign * std::abs(fields.Number("depth_mm", act.depth_mm));
   act.model = static_cast<int>(fields.Count("model", 1));
   act.rho = RhoOver(fields, act.hold.radius_mm);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Hole(Fields& fields) {
@@ -156,33 +165,33 @@ ClayStep Hole(Fields& fields) {
       fields.OneOf<How>("how", {{"make", How::kMake}, {"widen", How::kWiden}, {"close", How::kClose}}, How::kMake);
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
   act.factor = fields.Number("factor", act.factor);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Twist(Fields& fields) {
   TwistAct act;
   act.angle_rad = kRadPerDeg * fields.NeededNumber("angle_deg");
-  return {act, std::array<ClayEnd, 2>{fields.End("from"), fields.End("to")}};
+  return {act, std::array<ClayEnd, 2>{fields.End("from"), fields.End("to")}, {}};
 }
 
 ClayStep Stretch(Fields& fields) {
   StretchAct act;
   act.factor = fields.NeededNumber("factor");
   fields.OneOf("tool", ToolsOf({"hand", "spatula"}), ClayTool::kHand);
-  return {act, std::array<ClayEnd, 2>{fields.End("from"), fields.End("to")}};
+  return {act, std::array<ClayEnd, 2>{fields.End("from"), fields.End("to")}, {}};
 }
 
 ClayStep Ball(Fields& fields) {
   BallAct act;
   act.amount = fields.Number("amount", act.amount);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Spread(Fields& fields) {
   SpreadAct act;
   act.hold = Hold(fields, {"hand"});
   act.amount = fields.Number("amount", act.amount);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Knead(Fields& fields) {
@@ -190,7 +199,7 @@ ClayStep Knead(Fields& fields) {
   act.amplitude_mm = fields.Number("amplitude_mm", act.amplitude_mm);
   act.wavelength_mm = fields.Number("wavelength_mm", act.wavelength_mm);
   act.seed = fields.Count("seed", 1);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Line(Fields& fields) {
@@ -202,21 +211,21 @@ ClayStep Line(Fields& fields) {
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
   act.radius_mm = fields.Number("radius_mm", act.radius_mm);
   act.rho = RhoOver(fields, act.radius_mm);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep AddClay(Fields& fields) {
   AddAct act;
   act.hold = Hold(fields, {"hand"});
   act.volume_mm3 = fields.NeededNumber("volume_mm3");
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Shave(Fields& fields) {
   ShaveAct act;
   act.hold = Hold(fields, {"hand"});
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep Tear(Fields& fields) {
@@ -224,7 +233,7 @@ ClayStep Tear(Fields& fields) {
   act.hold = Hold(fields, {"hand", "nippers"});
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
   act.seed = fields.Count("seed", 1);
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep SmoothClay(Fields& fields) {
@@ -232,7 +241,7 @@ ClayStep SmoothClay(Fields& fields) {
   act.hold = Hold(fields, {"hand", "spatula"});
   act.amount = fields.Number("amount", act.amount);
   act.passes = static_cast<int>(fields.Count("passes", 3));
-  return {act, {}};
+  return {act, {}, {}};
 }
 
 ClayStep StepOf(const JsonReader& reader, const Json& json) {
@@ -255,7 +264,8 @@ ClayStep StepOf(const JsonReader& reader, const Json& json) {
   for (const auto& [name, make] : kSteps) names.emplace(name, name);
   const std::string op = fields.OneOf<std::string>("op", names, "");
   if (op.empty()) throw BadStep{reader.Refuse(reader.Named("op") + " is missing").value()};
-  const ClayStep step = kSteps.at(op)(fields);
+  ClayStep step = kSteps.at(op)(fields);
+  step.near = fields.near();
   fields.Done();
   return step;
 }
@@ -305,13 +315,20 @@ Result<ClayScript> ClayScriptFromJson(std::string_view text, std::string_view na
 }
 
 ClayAct ActOn(const ClayBody& body, const ClayStep& step) {
-  if (!step.axis) return step.act;
+  ClayAct act = step.act;
+  if (step.near) {
+    const ClayAddress at = ClosestAddress(body, *step.near);
+    const auto hold_there = [&at](auto& one) {
+      if constexpr (requires { one.hold.at; }) one.hold.at = at;
+    };
+    std::visit(hold_there, act);
+  }
+  if (!step.axis) return act;
   const auto place = [&body](const ClayEnd& end) -> Vector3d {
     if (const auto* at = std::get_if<ClayAddress>(&end)) return body.Point(*at);
     return std::get<Vector3d>(end);
   };
   const ClayAxis axis{place((*step.axis)[0]), place((*step.axis)[1])};
-  ClayAct act = step.act;
   if (auto* twist = std::get_if<TwistAct>(&act)) twist->axis = axis;
   if (auto* stretch = std::get_if<StretchAct>(&act)) stretch->axis = axis;
   return act;

@@ -15,11 +15,12 @@ namespace annulus {
 /// An axis of a script, before the body is there: each end a place on it, or a point.
 using ClayEnd = std::variant<ClayAddress, Eigen::Vector3d>;
 
-/// One line of a script. Twisting and stretching name their axis by its ends, which are looked up when their turn
-/// comes.
+/// One line of a script. Twisting and stretching name their axis by its ends, a tool may be held to where the skin is
+/// nearest to a point; both are looked up when their turn comes.
 struct ClayStep {
   ClayAct act;
-  std::optional<std::array<ClayEnd, 2>> axis;
+  std::optional<std::array<ClayEnd, 2>> axis{};
+  std::optional<Eigen::Vector3d> near{};
 };
 
 /// A file of operations (docs/formats.md, "Clay operations"): what was done to a body, one after the other. The same
@@ -33,7 +34,7 @@ struct ClayScript {
 /// against their ranges when the operation is carried out.
 Result<ClayScript> ClayScriptFromJson(std::string_view text, std::string_view name);
 
-/// The step's act with its axis in space.
+/// The step's act with its axis in space and its tool on the body.
 [[nodiscard]] ClayAct ActOn(const ClayBody& body, const ClayStep& step);
 
 /// Carries out a step.

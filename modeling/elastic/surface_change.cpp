@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <string>
 
 #include "base/ensure.h"
+#include "fitting/spline_transfer.h"
 
 namespace annulus {
 namespace {
@@ -19,19 +19,6 @@ constexpr const char* kAttempted = "write the changed shape back as a surface";
 constexpr int kPlaces = 4;  ///< Each way, per piece.
 constexpr int kChecks = 3;  ///< Each way, per piece, between the places.
 constexpr int kMostTurns = 80;
-
-/// The segment's surface with its coefficients as a hierarchical spline.
-struct Controlled {
-  std::shared_ptr<const HierarchicalSpline> spline;
-  Eigen::VectorXd active;
-};
-
-Controlled ControlledOf(const SurfaceSegment& segment) {
-  if (segment.hierarchy != nullptr) return {segment.hierarchy, segment.active};
-  auto spline = std::make_shared<const HierarchicalSpline>(segment.surface.theta_basis().count(),
-                                                           segment.surface.z_basis().breakpoints(), RefinementFlags{});
-  return {std::move(spline), segment.surface.coefficients()};
-}
 
 /// Where a leaf lies.
 struct Extent {
@@ -97,6 +84,7 @@ class GrowthFit {
 
   /// Errors between the places, into `result`.
   Status Check(const Eigen::VectorXd& change, const RadiusGrowth& growth, ChangedSegment& result) const {
+    result.piece_distance.assign(spline_.leaves().size(), 0.0);
     double squares = 0.0;
     std::size_t checks = 0;
     for (const SplineLeaf* leaf : leaves_) {
@@ -112,6 +100,8 @@ class GrowthFit {
         }
         const double error = got - *wanted;
         result.largest_error = std::max(result.largest_error, std::abs(error));
+        double& distance = result.piece_distance[static_cast<std::size_t>(leaf - spline_.leaves().data())];
+        if (error != 0.0) distance = std::max(distance, std::abs(error) * Outwards(result.segment, theta, z));
         result.largest_growth = std::max(result.largest_growth, std::abs(*wanted));
         squares += error * error;
         ++checks;
@@ -122,6 +112,11 @@ class GrowthFit {
   }
 
  private:
+  /// The radial part of the surface's normal.
+  static double Outwards(const SurfaceSegment& segment, double theta, double z) {
+    return std::abs(SegmentNormal(segment, theta, z).dot(Vector3d(std::cos(theta), std::sin(theta), 0.0)));
+  }
+
   static tl::unexpected<Error> Unknown(double z) {
     return Fail(kAttempted, "at z " + std::to_string(z) + " mm the changed skin has more than one radius or none",
                 "make a smaller change");
@@ -185,7 +180,7 @@ std::array<double, 4> NodeWeights(double t, bool still_from, bool still_to) {
 }  // namespace
 
 Result<ChangedSegment> GrowRadius(const SurfaceSegment& segment, const ThetaZBox& box, const RadiusGrowth& growth) {
-  const Controlled controlled = ControlledOf(segment);
+  const ControlledSurface controlled = ControlledBy(segment);
   GrowthFit fit(*controlled.spline, box);
   if (fit.count() == 0) {
     return Fail(kAttempted, "the change lies outside the segment", "give a place on the segment");
@@ -194,7 +189,7 @@ Result<ChangedSegment> GrowRadius(const SurfaceSegment& segment, const ThetaZBox
   const auto change = fit.Solve();
   if (!change) return Fail(change);
   const Eigen::VectorXd active = controlled.active + *change;
-  ChangedSegment result{segment, 0.0, 0.0, 0.0, static_cast<std::size_t>(fit.count())};
+  ChangedSegment result{segment, 0.0, 0.0, 0.0, static_cast<std::size_t>(fit.count()), {}};
   RETURN_IF_ERROR(fit.Check(*change, growth, result));
   result.segment.surface = controlled.spline->Surface(active);
   if (segment.hierarchy != nullptr) result.segment.active = active;

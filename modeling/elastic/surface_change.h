@@ -30,6 +30,9 @@ struct ChangedSegment {
   double rms_error = 0.0;       ///< mm
   double largest_growth = 0.0;  ///< Asked for, absolute, mm.
   std::size_t control_points = 0;
+  /// Largest error by leaf of the segment's spline, along the normal of the surface as it was, mm: where a section runs
+  /// nearly towards the axis, it is far less than that of the radius.
+  std::vector<double> piece_distance{};
 };
 
 /// Moves the control points of a segment (coefficients of r, in its own knots) so that the radius grows as asked, by

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kVersion = 1;
 constexpr std::size_t kMaxCoefficients = std::size_t{1} << 24;
-constexpr std::size_t kMaxRefinements = 4;
+constexpr std::size_t kMaxRefinements = 8;
 constexpr double kShortestInterval = 1e-3;  // mm; far above rounding, however often it is halved
 constexpr std::string_view kFormat = "annulus-model";
 

@@ -35,6 +35,8 @@ std::string FrameToJson(const FrameFile& file) {
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+bool IsFrameJson(std::string_view text) { return text.substr(0, 200).find(kFormat) != std::string_view::npos; }
+
 Result<FrameFile> FrameFromJson(std::string_view json, std::string_view name) {
   const JsonReader reader(name, kAdvice);
   const Result<Json> root = reader.Root(json);

@@ -25,6 +25,9 @@ struct FrameFile {
 /// key.
 [[nodiscard]] Result<FrameFile> FrameFromJson(std::string_view json, std::string_view name);
 
+/// Whether a text is one, by its "format".
+[[nodiscard]] bool IsFrameJson(std::string_view text);
+
 /// A part of WORN.json that this reader keeps as it is: what the fit found ("fit"), what the lab is to make ("order").
 struct WornSection {
   std::string name;

@@ -46,6 +46,17 @@ TEST(ClayJson, ReadsBackToTheByteAndGoesOn) {
   EXPECT_NEAR(back->body.volume(), file.body.volume(), 1e-11);
 }
 
+TEST(ClayScript, HoldsAToolWhereTheSkinIsNearestToAPoint) {
+  const auto script = ClayScriptFromJson(
+      R"({"operations": [{"op": "push", "near_mm": [0.3, -1.2, 4], "depth_mm": 0.2, "radius_mm": 0.6}]})", "ops.json");
+  ASSERT_TRUE(script) << script.error().Text();
+  ClayBody body = std::move(*ClayBody::Make(ClayBlock()));
+  ASSERT_TRUE(Perform(body, script->steps[0], script->practice));
+  // x = 0.3, y = -1.2 of the top are in the cell (3, 1): patch 6 + 3, u = 0.3, v = 0.8.
+  EXPECT_NEAR(body.Point({9, 0.3, 0.8}).z(), -0.2, 1e-3);
+  EXPECT_NEAR(body.Point({20, 0.5, 0.5}).z(), 0.0, 1e-12);
+}
+
 TEST(ClayScript, NamesWhatItDoesNotKnow) {
   const auto seen = [](const std::string& operation) {
     const auto script = ClayScriptFromJson("{\"operations\": [" + operation + "]}", "ops.json");
