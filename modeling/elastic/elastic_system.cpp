@@ -69,7 +69,7 @@ Status ElasticSystem::Prepare() {
       stiffness_.push_back(*stiffness);
     }
   }
-  tree_ = std::make_shared<const StackTree>(grid.shape, problem_->held);
+  factor_.emplace(std::make_shared<const StackTree>(grid.shape, problem_->held));
   const HexCorners first = CornersOf(grid, grid.NodesOf(0, 0));
   stack_area_ = (first.col(1) - first.col(0)).norm() * (first.col(2) - first.col(0)).norm();
   given_ = VectorXd::Zero(static_cast<Index>(3 * grid.shape.nodes()));
@@ -323,10 +323,14 @@ class ElasticSystem::PileSums {
   Eigen::MatrixXd sum_;
 };
 
-std::optional<VectorXd> ElasticSystem::Step(const ElasticState& state, ElasticTangent tangent) const {
+std::optional<VectorXd> ElasticSystem::Step(const ElasticState& state, ElasticTangent tangent) {
   PileSums piles(*this, state, tangent);
-  const auto factor = StackCholesky::Factor(tree_, [&](std::size_t pile) { return piles(pile); });
-  if (!factor) return std::nullopt;
+  if (!factor_->Factor([&](std::size_t pile) { return piles(pile); })) return std::nullopt;
+  return StepAgain(state);
+}
+
+VectorXd ElasticSystem::StepAgain(const ElasticState& state) const {
+  VectorXd step = factor_->Solve(VectorXd(-state.gradient));
   std::vector<VectorXd> columns;
   std::vector<double> stiffness;
   for (std::size_t p = 0; p < problem_->pulls.size(); ++p) {
@@ -339,18 +343,16 @@ std::optional<VectorXd> ElasticSystem::Step(const ElasticState& state, ElasticTa
     columns.push_back(WeightOf(fibres_[f], state.fibres[f]));
     stiffness.push_back(fibres_[f].stiffness / fibres_[f].rest_length);
   }
-  const auto rank = static_cast<Index>(columns.size());
-  Eigen::MatrixXd right(state.gradient.size(), rank + 1);
-  right.col(0) = -state.gradient;
-  for (Index k = 0; k < rank; ++k) right.col(k + 1) = columns[static_cast<std::size_t>(k)];
-  const Eigen::MatrixXd solved = factor->Solve(right);
-  VectorXd step = solved.col(0);
-  if (rank == 0) return step;
+  if (columns.empty()) return step;
   // (A + G C Gᵀ)⁻¹ b = A⁻¹b − A⁻¹G (C⁻¹ + GᵀA⁻¹G)⁻¹ GᵀA⁻¹b. Solved lines of held components are 0.
-  Eigen::MatrixXd small = right.rightCols(rank).transpose() * solved.rightCols(rank);
+  const auto rank = static_cast<Index>(columns.size());
+  Eigen::MatrixXd right(state.gradient.size(), rank);
+  for (Index k = 0; k < rank; ++k) right.col(k) = columns[static_cast<std::size_t>(k)];
+  const Eigen::MatrixXd solved = factor_->Solve(right);
+  Eigen::MatrixXd small = right.transpose() * solved;
   for (Index k = 0; k < rank; ++k) small(k, k) += 1.0 / stiffness[static_cast<std::size_t>(k)];
-  const VectorXd share = small.partialPivLu().solve(right.rightCols(rank).transpose() * step);
-  step -= solved.rightCols(rank) * share;
+  const VectorXd share = small.partialPivLu().solve(right.transpose() * step);
+  step -= solved * share;
   return step;
 }
 

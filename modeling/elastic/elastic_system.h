@@ -32,7 +32,9 @@ class ElasticSystem {
 
   [[nodiscard]] ElasticState At(const Eigen::VectorXd& displacement, ElasticMethod method) const;
   /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones. Nothing if they are not positive definite.
-  [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent) const;
+  [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent);
+  /// The same with the second derivatives of the last call of Step, which must have given a step.
+  [[nodiscard]] Eigen::VectorXd StepAgain(const ElasticState& state) const;
   /// Largest force left over free components, over the largest inner force at any node or, if that is more, that of a
   /// strain of 1e-4.
   [[nodiscard]] double Residual(const ElasticState& state) const;
@@ -57,7 +59,7 @@ class ElasticSystem {
   const ElasticProblem* problem_;
   std::vector<BandFibre> fibres_;
   std::vector<HexMatrix, Eigen::aligned_allocator<HexMatrix>> stiffness_;  ///< By element.
-  std::shared_ptr<const StackTree> tree_;
+  std::optional<StackCholesky> factor_;                                    ///< Of the last step's equations.
   Eigen::VectorXd given_;
   double stack_area_ = 0.0;         ///< Of the first element, mm².
   Eigen::VectorXd pull_stiffness_;  ///< By pull whose movement is given: large; else 0.
