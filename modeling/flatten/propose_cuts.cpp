@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "modeling/flatten/flat_pattern.h"
+
+namespace annulus {
+namespace {
+
+using Eigen::Vector2d;
+
+/// The search for darts uses elements so much larger than the pattern's.
+constexpr double kCoarser = 1.6;
+/// Of the square root of a piece's area: how far curvature counts for a tip, and how near to the rim or another tip a
+/// tip may be.
+constexpr double kGather = 0.1;
+constexpr double kKeepAway = 0.08;
+constexpr std::size_t kMouths = 12;
+
+/// The one piece of a pattern by itself, with larger elements.
+Pattern Alone(const Pattern& pattern, std::size_t piece) {
+  Pattern alone = pattern;
+  alone.pieces = {pattern.pieces[piece]};
+  alone.element_mm *= kCoarser;
+  return alone;
+}
+
+/// Which curvature counts.
+enum class Curved { kDomes, kDomesAndSaddles };
+
+/// Where the most curvature is gathered, (theta, z); nothing if there is none but near rim and tips.
+std::optional<Vector2d> MostCurved(const FlatPiece& piece, Curved curved) {
+  SheetTopology topology;
+  topology.rims = {piece.rim};
+  const std::vector<double> defects = AngleDefects(piece.body.sheet, topology);
+  const auto& places = piece.body.sheet.places;
+  const double scale = std::sqrt(piece.body_area_mm2);
+  std::vector<Eigen::Vector3d> avoid;
+  for (const std::uint32_t v : piece.rim) avoid.push_back(places[v]);
+  for (const PieceDart& dart : piece.body.darts) avoid.push_back(places[dart.legs[1].back()[1]]);
+  double best = 0.0;
+  std::optional<Vector2d> found;
+  for (std::size_t v = 0; v < places.size(); ++v) {
+    const bool near = std::any_of(avoid.begin(), avoid.end(),
+                                  [&](const Eigen::Vector3d& p) { return (p - places[v]).norm() < kKeepAway * scale; });
+    if (near) continue;
+    double gathered = 0.0;
+    for (std::size_t w = 0; w < places.size(); ++w) {
+      const double near_share = 1.0 - (places[w] - places[v]).norm() / (kGather * scale);
+      if (near_share > 0.0) gathered += near_share * defects[w];
+    }
+    if (curved == Curved::kDomesAndSaddles) gathered = std::abs(gathered);
+    if (gathered <= best) continue;
+    best = gathered;
+    found = piece.body.theta_z[v];
+  }
+  return found;
+}
+
+/// The piece, or the part of it, that is strained most.
+const FlatPiece& Worst(const FlatPattern& flat) {
+  return *std::max_element(flat.pieces.begin(), flat.pieces.end(),
+                           [](const FlatPiece& a, const FlatPiece& b) { return a.strain_98 < b.strain_98; });
+}
+
+/// A place that other bodies have, too: its height as a part of the way between the lowest and the highest
+/// level that the pattern names; in mm if it names fewer than two.
+PatternPlace PlaceOf(const Pattern& pattern, const PatternBody& body, const Vector2d& at) {
+  PatternPlace place;
+  place.turn = at.x();
+  place.up = at.y();
+  std::vector<std::pair<double, std::string>> levels;
+  for (const PatternLine& line : pattern.lines) {
+    for (const PatternPlace& one : line.places) {
+      for (const std::string& id : {one.z_of, one.z_towards}) {
+        const auto found = body.landmarks.find(id);
+        if (found != body.landmarks.end()) levels.emplace_back(found->second.y(), id);
+      }
+    }
+  }
+  if (levels.empty()) return place;
+  const auto [low, high] = std::minmax_element(levels.begin(), levels.end());
+  if (high->first - low->first < 1.0) return place;
+  place.up = 0.0;
+  place.z_of = low->second;
+  place.z_towards = high->second;
+  place.z_share = (at.y() - low->first) / (high->first - low->first);
+  return place;
+}
+
+/// Places of the outline at which a cut may begin, about evenly spread.
+std::vector<PatternDivision::End> Mouths(const Pattern& pattern, const std::vector<SampledLine>& lines) {
+  const PatternPiece& piece = pattern.pieces.front();
+  std::vector<PatternDivision::End> taken;
+  for (const PatternDart& dart : piece.darts) taken.push_back({dart.line, dart.share});
+  for (const PatternDivision& division : piece.divisions) {
+    taken.insert(taken.end(), division.ends.begin(), division.ends.end());
+  }
+  std::vector<PatternDivision::End> all;
+  for (const LineUse& use : piece.outline) {
+    const std::vector<double>& shares = lines[use.line].shares;
+    for (std::size_t k = 1; k + 1 < shares.size(); ++k) {
+      const bool free = std::none_of(taken.begin(), taken.end(), [&](const PatternDivision::End& end) {
+        return end.line == use.line && std::abs(end.share - shares[k]) < 0.02;
+      });
+      if (free) all.push_back({use.line, shares[k]});
+    }
+  }
+  if (all.size() <= kMouths) return all;
+  std::vector<PatternDivision::End> spread;
+  for (std::size_t k = 0; k < kMouths; ++k) spread.push_back(all[k * all.size() / kMouths]);
+  return spread;
+}
+
+/// One piece of a pattern and its flat shape, to which cuts are added. Borrows body and task.
+struct Search {
+  const PatternBody* body;
+  const TaskContext* task;
+  Pattern alone;
+  FlatPattern flat;
+
+  /// The piece with one more cut; nothing if that cannot be made or leaves no less energy than `least`.
+  [[nodiscard]] std::optional<Search> Try(PatternPiece piece, double least) const {
+    if (task->stop.stop_requested()) return std::nullopt;
+    Pattern trial = alone;
+    trial.pieces.front() = std::move(piece);
+    auto made = FlattenPattern(trial, *body, {{}, task->stop});
+    if (!made || made->energy >= least) return std::nullopt;
+    return Search{body, task, std::move(trial), std::move(*made)};
+  }
+
+  /// With the dart that relieves most; nothing if none does.
+  [[nodiscard]] std::optional<Search> WithDart() const {
+    const auto tip = MostCurved(Worst(flat), Curved::kDomes);
+    const auto lines = SampleLines(alone, *body);
+    if (!tip || !lines) return std::nullopt;
+    std::optional<Search> best;
+    for (const PatternDivision::End& mouth : Mouths(alone, *lines)) {
+      PatternPiece piece = alone.pieces.front();
+      piece.darts.push_back({mouth.line, mouth.share, PlaceOf(alone, *body, *tip)});
+      auto made = Try(std::move(piece), best ? best->flat.energy : flat.energy);
+      if (made) best.emplace(std::move(*made));
+    }
+    return best;
+  }
+
+  /// With the division that relieves most; nothing if none does.
+  [[nodiscard]] std::optional<Search> WithDivision() const {
+    const auto middle = MostCurved(Worst(flat), Curved::kDomesAndSaddles);
+    const auto lines = SampleLines(alone, *body);
+    if (!middle || !lines) return std::nullopt;
+    const std::vector<PatternDivision::End> mouths = Mouths(alone, *lines);
+    std::optional<Search> best;
+    for (std::size_t a = 0; a < mouths.size(); ++a) {
+      for (std::size_t b = a + 1; b < mouths.size(); ++b) {
+        PatternPiece piece = alone.pieces.front();
+        piece.divisions.push_back({{mouths[a], mouths[b]}, {PlaceOf(alone, *body, *middle)}});
+        auto made = Try(std::move(piece), best ? best->flat.energy : flat.energy);
+        if (made) best.emplace(std::move(*made));
+      }
+    }
+    return best;
+  }
+};
+
+/// A piece with the cuts that the rule asks for.
+Result<PatternPiece> Relieved(const Pattern& pattern, std::size_t p, const PatternBody& body, const TaskContext& task) {
+  Pattern alone = Alone(pattern, p);
+  auto flat = FlattenPattern(alone, body, {{}, task.stop});
+  if (!flat) return Fail(flat);
+  Search search{&body, &task, std::move(alone), std::move(*flat)};
+  std::size_t darts = 0;
+  std::size_t divisions = 0;
+  while (Worst(search.flat).strain_98 > pattern.darts.strain) {
+    auto next = darts < pattern.darts.most ? search.WithDart() : std::nullopt;
+    if (next) {
+      ++darts;
+    } else if (divisions < pattern.darts.seams) {
+      next = search.WithDivision();
+      ++divisions;
+    }
+    if (!next) break;
+    search = std::move(*next);
+  }
+  return search.alone.pieces.front();
+}
+
+}  // namespace
+
+Result<Pattern> WithProposedCuts(const Pattern& pattern, const PatternBody& body, const TaskContext& task) {
+  Pattern proposed = pattern;
+  for (std::size_t p = 0; p < pattern.pieces.size(); ++p) {
+    task.Report("propose darts and seams", static_cast<double>(p), static_cast<double>(pattern.pieces.size()));
+    auto piece = Relieved(pattern, p, body, task);
+    if (!piece) return Fail(piece);
+    proposed.pieces[p] = std::move(*piece);
+  }
+  return proposed;
+}
+
+}  // namespace annulus
