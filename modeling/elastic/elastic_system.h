@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -31,7 +33,8 @@ class ElasticSystem {
   static Result<ElasticSystem> Make(const ElasticProblem& problem);
 
   [[nodiscard]] ElasticState At(const Eigen::VectorXd& displacement, ElasticMethod method) const;
-  /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones. Nothing if they are not positive definite.
+  /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones; to 1e-3 (in energy) where threads couple
+  /// nodes that are not neighbours. Nothing if they are not positive definite.
   [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent);
   /// The same with the second derivatives of the last call of Step, which must have given a step.
   [[nodiscard]] Eigen::VectorXd StepAgain(const ElasticState& state) const;
@@ -55,6 +58,13 @@ class ElasticSystem {
   explicit ElasticSystem(const ElasticProblem& problem) : problem_(&problem), fibres_(problem.fibres) {}
   Status Prepare();
   class PileSums;
+  class LooseSides;
+  class WidelyCoupled;
+  /// The skin nodes that a point lies between: lower and upper, the same if it lies on one.
+  [[nodiscard]] std::array<std::size_t, 2> NodesOf(const FibrePoint& point) const;
+  [[nodiscard]] Eigen::Vector3d DisplacementOf(const FibrePoint& point, const Eigen::VectorXd& displacement) const;
+  /// Whether `b` is in the column right of `a`'s and one row of piles holds both; which.
+  [[nodiscard]] std::optional<std::size_t> SharedRow(const FibrePoint& a, const FibrePoint& b) const;
 
   const ElasticProblem* problem_;
   std::vector<BandFibre> fibres_;
