@@ -96,17 +96,16 @@ View ViewOf(const MovedPart& moved) {
   return {WrapAngle(theta + 0.25 * kPi), 0.0};
 }
 
-/// The box around what is drawn between two heights.
-Eigen::AlignedBox3d BoxBetween(const Scene& scene, double z_min, double z_max) {
+/// The box around an item between two heights.
+Eigen::AlignedBox3d BoxBetween(const SceneItem& item, double z_min, double z_max) {
   Eigen::AlignedBox3d box;
-  for (const SceneItem& item : scene.items) {
-    for (const Vector3d& p : item.mesh.vertices) {
-      if (p.z() >= z_min && p.z() <= z_max) box.extend(p);
-    }
+  for (const Vector3d& p : item.mesh.vertices) {
+    if (p.z() >= z_min && p.z() <= z_max) box.extend(p);
   }
-  return box.isEmpty() ? BoundsOf(scene) : box;
+  return box.isEmpty() ? BoundsOf({{item}, {}}) : box;
 }
 
+/// An item for each segment, in their order.
 Scene SceneOf(const SurfaceModel& model) {
   Scene scene;
   scene.items.push_back(ModelItem(model, NeutralBodyMaterial()));
@@ -149,7 +148,7 @@ Result<RgbImage> DrawElasticEdit(const SurfaceModel& before, const ElasticEdit& 
   const View view = options.view.value_or(ViewOf(moved));
   const std::array<Scene, 2> scenes{SceneOf(before), SceneOf(edit.model)};
   const double air = std::max(kLeastAir, 0.3 * (moved.z_max - moved.z_min));
-  const Eigen::AlignedBox3d box = BoxBetween(scenes[0], moved.z_min - air, moved.z_max + air);
+  const Eigen::AlignedBox3d box = BoxBetween(scenes[0].items[edit.segment], moved.z_min - air, moved.z_max + air);
   Framing framing;
   framing.projection = Projection::kOrthographic;
   framing.aspect = std::clamp(box.sizes().head<2>().norm() / box.sizes().z(), 0.4, 1.6);

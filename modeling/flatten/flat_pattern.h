@@ -59,8 +59,8 @@ struct FlatPattern {
 /// 2 % of its area, first darts, as long as their count allows: a cut to the place of greatest angle defect (curvature
 /// gathered within a tenth of the piece), from that one of the rim's places whose cut relieves most energy. Only cuts
 /// that open count: saddles cannot be relieved by darts. Where none is left that does, and the count allows, a
-/// division: from rim to rim through the place where most curvature of either sign is gathered, between those of the
-/// rim's places that leave the least energy.
+/// division: from rim to rim through the place where most curvature of either sign is gathered, well away from the rim,
+/// between those of the rim's places that leave the least energy and bend it there by no more than 60 degrees.
 [[nodiscard]] Result<Pattern> WithProposedCuts(const Pattern& pattern, const PatternBody& body,
                                                const TaskContext& task);
 

@@ -11,13 +11,14 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Part of each vertex; parts are numbered as their first triangles are.
+/// Part of each vertex; parts are numbered as they come along the outline, so that another body has the same numbers.
 struct Parts {
   std::vector<std::uint32_t> of_vertex;
   std::uint32_t count = 0;
 };
 
-Parts FindParts(const CurvedSheet& sheet) {
+Parts FindParts(const BodyPiece& piece) {
+  const CurvedSheet& sheet = piece.sheet;
   std::vector<std::uint32_t> leader(sheet.places.size());
   std::iota(leader.begin(), leader.end(), 0U);
   const auto find = [&](std::uint32_t v) {
@@ -30,9 +31,13 @@ Parts FindParts(const CurvedSheet& sheet) {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   Parts parts;
   std::vector<std::uint32_t> number(sheet.places.size(), kNone);
-  for (const auto& face : sheet.faces) {
-    std::uint32_t& part = number[find(face[0])];
-    if (part == kNone) part = parts.count++;
+  for (const PieceLine& line : piece.lines) {
+    SideChain sides = line.sides;
+    if (line.use.way == LineUse::Way::kBackward) std::reverse(sides.begin(), sides.end());
+    for (const auto& side : sides) {
+      std::uint32_t& part = number[find(side[0])];
+      if (part == kNone) part = parts.count++;
+    }
   }
   for (std::uint32_t v = 0; v < sheet.places.size(); ++v) parts.of_vertex.push_back(number[find(v)]);
   return parts;
@@ -150,7 +155,7 @@ std::vector<BodyPiece> PartsOf(BodyPiece piece, double element_mm) {
     made.push_back(std::move(piece));
     return made;
   }
-  const Parts parts = FindParts(piece.sheet);
+  const Parts parts = FindParts(piece);
   for (std::uint32_t part = 0; part < parts.count; ++part) {
     made.push_back(Extractor(piece, parts, part).Extract(element_mm));
   }

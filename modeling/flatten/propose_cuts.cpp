@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -18,6 +19,9 @@ constexpr double kCoarser = 1.6;
 /// tip may be.
 constexpr double kGather = 0.1;
 constexpr double kKeepAway = 0.08;
+/// The same for a division, whose parts are to have no narrow necks.
+constexpr double kKeepClear = 0.15;
+constexpr double kMostBend = 60.0 / 360.0 * kTwoPi;  ///< Of a division at its place inside.
 constexpr std::size_t kMouths = 12;
 
 /// The one piece of a pattern by itself, with larger elements.
@@ -41,11 +45,12 @@ std::optional<Vector2d> MostCurved(const FlatPiece& piece, Curved curved) {
   std::vector<Eigen::Vector3d> avoid;
   for (const std::uint32_t v : piece.rim) avoid.push_back(places[v]);
   for (const PieceDart& dart : piece.body.darts) avoid.push_back(places[dart.legs[1].back()[1]]);
+  const double clear = (curved == Curved::kDomes ? kKeepAway : kKeepClear) * scale;
   double best = 0.0;
   std::optional<Vector2d> found;
   for (std::size_t v = 0; v < places.size(); ++v) {
     const bool near = std::any_of(avoid.begin(), avoid.end(),
-                                  [&](const Eigen::Vector3d& p) { return (p - places[v]).norm() < kKeepAway * scale; });
+                                  [&](const Eigen::Vector3d& p) { return (p - places[v]).norm() < clear; });
     if (near) continue;
     double gathered = 0.0;
     for (std::size_t w = 0; w < places.size(); ++w) {
@@ -115,6 +120,23 @@ std::vector<PatternDivision::End> Mouths(const Pattern& pattern, const std::vect
   return spread;
 }
 
+/// How much a division bends at `middle`, rad, between two places of the outline.
+double BendAt(const Vector2d& middle, const std::array<Vector2d, 2>& ends, double radius) {
+  std::array<Vector2d, 2> ways;
+  for (std::size_t k = 0; k < 2; ++k) {
+    ways[k] = ends[k] - middle;
+    ways[k].x() = radius * std::remainder(ways[k].x(), kTwoPi);
+  }
+  const double cosine = -ways[0].dot(ways[1]) / (ways[0].norm() * ways[1].norm());
+  return std::acos(std::clamp(cosine, -1.0, 1.0));
+}
+
+/// The place of a share of a line that is one of its steps.
+Vector2d StepAt(const SampledLine& line, double share) {
+  const auto at = std::lower_bound(line.shares.begin(), line.shares.end(), share - 2e-6);
+  return line.places[static_cast<std::size_t>(at - line.shares.begin())];
+}
+
 /// One piece of a pattern and its flat shape, to which cuts are added. Borrows body and task.
 struct Search {
   const PatternBody* body;
@@ -153,9 +175,12 @@ struct Search {
     const auto lines = SampleLines(alone, *body);
     if (!middle || !lines) return std::nullopt;
     const std::vector<PatternDivision::End> mouths = Mouths(alone, *lines);
+    const double radius = body->segment.surface.Radius(middle->x(), middle->y());
+    const auto place = [&](const PatternDivision::End& end) { return StepAt((*lines)[end.line], end.share); };
     std::optional<Search> best;
     for (std::size_t a = 0; a < mouths.size(); ++a) {
       for (std::size_t b = a + 1; b < mouths.size(); ++b) {
+        if (BendAt(*middle, {place(mouths[a]), place(mouths[b])}, radius) > kMostBend) continue;
         PatternPiece piece = alone.pieces.front();
         piece.divisions.push_back({{mouths[a], mouths[b]}, {PlaceOf(alone, *body, *middle)}});
         auto made = Try(std::move(piece), best ? best->flat.energy : flat.energy);
