@@ -44,7 +44,7 @@ class Elastic(ProgramTest):
         error = report["edits"][0]["largest_error_mm"]  # at checked places; a smooth body has few control points
         self.assertLess(error, 0.5)
         self.assertAlmostEqual(self.radius("out.json", 80, 200) - self.radius("model.json", 80, 200), 8, delta=1.25 * error)
-        self.assertAlmostEqual(self.radius("out.json", 80, 120), self.radius("model.json", 80, 120), delta=1e-3)
+        self.assertAlmostEqual(self.radius("out.json", 80, 40), self.radius("model.json", 80, 40), delta=1e-3)
         # The bump's volume on a flat skin: h·∫(1 − (d/R)²)²·2πd·dd = πhR²/3; the skin is round and the radius oblique.
         grown = report["volume_after_mm3"] - report["volume_before_mm3"]
         self.assertAlmostEqual(grown / (math.pi * 8 * 60 ** 2 / 3), 1, delta=0.1)
