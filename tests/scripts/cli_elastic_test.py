@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""annulus elastic: an elliptic cylinder changed freely, under a load and by a band; report, maps, pictures, refusals."""
+"""annulus elastic: an elliptic cylinder changed freely, by a load and by a band; report, maps, pictures, refusals."""
 
 import csv
 import io
@@ -43,9 +43,10 @@ class Elastic(ProgramTest):
         self.assertIsNone(report["elastic"])
         error = report["edits"][0]["largest_error_mm"]  # at checked places; a smooth body has few control points
         self.assertLess(error, 0.5)
-        self.assertAlmostEqual(self.radius("out.json", 80, 200) - self.radius("model.json", 80, 200), 8, delta=1.25 * error)
-        self.assertAlmostEqual(self.radius("out.json", 80, 40), self.radius("model.json", 80, 40), delta=1e-3)
-        # The bump's volume on a flat skin: h·∫(1 − (d/R)²)²·2πd·dd = πhR²/3; the skin is round and the radius oblique.
+        moved = [self.radius("out.json", *place) - self.radius("model.json", *place) for place in ((80, 200), (80, 110))]
+        self.assertAlmostEqual(moved[0], 8, delta=1.25 * error)
+        self.assertAlmostEqual(moved[1], 0, delta=error)
+        # The bump's volume on a flat skin: h·∫(1 − (d/R)²)²·2πd·dd = πhR²/3; this skin is round.
         grown = report["volume_after_mm3"] - report["volume_before_mm3"]
         self.assertAlmostEqual(grown / (math.pi * 8 * 60 ** 2 / 3), 1, delta=0.1)
         far, near = report["girths"]
@@ -114,7 +115,8 @@ class Elastic(ProgramTest):
         results = []
         for _ in range(2):
             self.report("--map", "von-mises=map.csv", "--picture", "change.png", "--picture", "von-mises=stress.png")
-            results.append([self.read(name) for name in ("out.json", "report.json", "map.csv", "change.png", "stress.png")])
+            names = ("out.json", "report.json", "map.csv", "change.png", "stress.png")
+            results.append([self.read(name) for name in names])
         self.assertEqual(results[0], results[1])
         self.assertTrue(all(picture.startswith(b"\x89PNG") for picture in results[0][3:]))
         self.assertNotEqual(results[0][3], results[0][4])

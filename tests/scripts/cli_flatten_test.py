@@ -111,11 +111,11 @@ class Flatten(ProgramTest):
 
     def test_a_divided_piece_is_sewn_and_its_neighbours_get_notches(self):
         divided = pattern()
-        divided["pieces"][0]["divisions"] = [{"from": {"line": "seam_0", "share": 0.3}, "to": {"line": "seam_90", "share": 0.3},
-                                              "through": [{"theta_deg": 45, "z_mm": 160}]}]
+        divided["pieces"][0]["divisions"] = [{"from": {"line": "seam_0", "share": 0.3},
+                                              "to": {"line": "seam_90", "share": 0.3}, "through": [place(45, 160)]}]
         self.write("divided.json", json.dumps(divided))
-        report = self.succeeds_json("flatten", "model.json", "--pattern", "divided.json", "--out", "tube.dxf", "--save-pattern",
-                                    "saved.json")
+        report = self.succeeds_json("flatten", "model.json", "--pattern", "divided.json", "--out", "tube.dxf",
+                                    "--save-pattern", "saved.json")
         self.assertEqual([piece["id"] for piece in report["pieces"]],
                          ["panel_0.1", "panel_0.2", "panel_90", "panel_180", "panel_270"])
         division = [seam for seam in report["seams"] if seam["line"] == "panel_0 division 1"]
