@@ -50,7 +50,7 @@ class Elastic(ProgramTest):
         grown = report["volume_after_mm3"] - report["volume_before_mm3"]
         self.assertAlmostEqual(grown / (math.pi * 8 * 60 ** 2 / 3), 1, delta=0.1)
         far, near = report["girths"]
-        self.assertAlmostEqual(far["tape_after_mm"], far["tape_before_mm"], delta=1e-3)
+        self.assertAlmostEqual(far["tape_after_mm"], far["tape_before_mm"], delta=0.05)
         self.assertAlmostEqual(far["tape_before_mm"], CYLINDER.perimeter, delta=0.002 * CYLINDER.perimeter)
         self.assertGreater(near["tape_after_mm"], near["tape_before_mm"])
 
