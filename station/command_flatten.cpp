@@ -223,7 +223,13 @@ Result<Laid> Lay(const Pattern& pattern, const std::string& model, Darts darts, 
 Result<Laid> LayMesh(const Pattern& pattern, const std::string& path, CommandIo& io) {
   const auto mesh = ReadMesh(io.storage(), path);
   if (!mesh) return Fail(mesh);
-  auto flat = FlattenMesh(*mesh, pattern);
+  ProgressDisplay display(io.progress_mode());
+  TaskContext task;
+  task.stop = io.stop();
+  task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
+  auto flat = FlattenMesh(*mesh, pattern, task);
+  display.Clear();
+  if (io.stop().stop_requested()) return tl::unexpected<Error>(InterruptedError("flatten " + path));
   if (!flat) return Fail(flat);
   Pattern plain = pattern;
   plain.lines.clear();

@@ -217,19 +217,6 @@ std::vector<FlatPiece> Part(const Pattern& pattern, std::vector<BodyPiece>& bodi
   return pieces;
 }
 
-/// The grain line of a mesh.
-std::array<std::uint32_t, 2> LowestAndHighest(const TriangleMesh& mesh) {
-  std::array<std::uint32_t, 2> ends{};
-  for (const auto& face : mesh.faces) {
-    for (const std::uint32_t v : face) {
-      if (mesh.vertices[v].z() < mesh.vertices[ends[0]].z()) ends[0] = v;
-      if (mesh.vertices[v].z() > mesh.vertices[ends[1]].z()) ends[1] = v;
-    }
-  }
-  if (ends[0] == ends[1]) ends = {mesh.faces.front()[0], mesh.faces.front()[1]};
-  return ends;
-}
-
 Status CheckOverlaps(const FlatPattern& flat) {
   for (const FlatPiece& piece : flat.pieces) {
     if (CountRimCrossings({piece.rim}, piece.points) == 0) continue;
@@ -241,22 +228,12 @@ Status CheckOverlaps(const FlatPattern& flat) {
 
 }  // namespace
 
-Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body, const TaskContext& task) {
-  const auto lines = SampleLines(pattern, body);
-  if (!lines) return Fail(lines);
-  std::vector<BodyPiece> bodies;
-  for (std::size_t p = 0; p < pattern.pieces.size(); ++p) {
-    if (task.stop.stop_requested()) return Fail("lay the pattern flat", "it was stopped", "start it again");
-    task.Report("cut", static_cast<double>(p), static_cast<double>(pattern.pieces.size()));
-    auto parts = CutPiece(pattern, p, *lines, body);
-    if (!parts) return Fail(parts);
-    for (BodyPiece& part : *parts) bodies.push_back(std::move(part));
-  }
-  const auto seams = FindSeams(bodies, pattern, *lines);
+Result<FlatPattern> LayFlat(const Pattern& pattern, std::vector<BodyPiece> bodies,
+                            const std::vector<SampledLine>& lines) {
+  const auto seams = FindSeams(bodies, pattern, lines);
   if (!seams) return Fail(seams);
   Joined joined = Join(bodies, pattern);
   joined.options.sewn = SewnEdges(*seams, joined.first);
-  task.Report("flatten", 0.0, 1.0);
   const auto shape = Flatten(joined.sheet, joined.options);
   if (!shape) return Fail(shape);
   if (!shape->converged) {
@@ -271,21 +248,19 @@ Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& bo
   return flat;
 }
 
-Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern) {
-  std::vector<BodyPiece> bodies(1);
-  bodies.front().id = "mesh";
-  bodies.front().label = pattern.name;
-  bodies.front().sheet = SheetOfMesh(mesh);
-  for (const Eigen::Vector3d& p : mesh.vertices) bodies.front().theta_z.emplace_back(std::atan2(p.y(), p.x()), p.z());
-  const auto topology = CheckSheet(bodies.front().sheet);
-  if (!topology) return Fail(topology);
-  bodies.front().grain = LowestAndHighest(mesh);
-  const Joined joined = Join(bodies, pattern);
-  const auto shape = Flatten(joined.sheet, joined.options);
-  if (!shape) return Fail(shape);
-  FlatPattern flat{pattern.name, Part(pattern, bodies, joined, *shape), {}, shape->energy, shape->steps};
-  RETURN_IF_ERROR(CheckOverlaps(flat));
-  return flat;
+Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body, const TaskContext& task) {
+  const auto lines = SampleLines(pattern, body);
+  if (!lines) return Fail(lines);
+  std::vector<BodyPiece> bodies;
+  for (std::size_t p = 0; p < pattern.pieces.size(); ++p) {
+    if (task.stop.stop_requested()) return Fail("lay the pattern flat", "it was stopped", "start it again");
+    task.Report("cut", static_cast<double>(p), static_cast<double>(pattern.pieces.size()));
+    auto parts = CutPiece(pattern, p, *lines, body);
+    if (!parts) return Fail(parts);
+    for (BodyPiece& part : *parts) bodies.push_back(std::move(part));
+  }
+  task.Report("flatten", 0.0, 1.0);
+  return LayFlat(pattern, std::move(bodies), *lines);
 }
 
 }  // namespace annulus

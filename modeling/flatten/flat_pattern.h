@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "modeling/flatten/flatten.h"
 #include "modeling/flatten/pattern.h"
+#include "modeling/flatten/pattern_lines.h"
 #include "modeling/flatten/pattern_piece.h"
 
 namespace annulus {
@@ -52,8 +53,14 @@ struct FlatPattern {
 [[nodiscard]] Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body,
                                                  const TaskContext& task);
 
-/// A mesh with one rim as a pattern of one piece without lines; the material is the pattern's. Fails as Flatten.
-[[nodiscard]] Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern);
+/// The same for pieces that are cut out already, along the pattern's sampled lines.
+[[nodiscard]] Result<FlatPattern> LayFlat(const Pattern& pattern, std::vector<BodyPiece> bodies,
+                                          const std::vector<SampledLine>& lines);
+
+/// A mesh with one rim as a pattern of one piece without lines; the material is the pattern's. Darts are proposed by
+/// its rule as WithProposedCuts does, along sides of the triangles. Fails as LayFlat.
+[[nodiscard]] Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern,
+                                              const TaskContext& task);
 
 /// The pattern with darts and divisions added by its rule: while the strain of a piece exceeds the bound on more than
 /// 2 % of its area, first darts, as long as their count allows: a cut to the place of greatest angle defect (curvature

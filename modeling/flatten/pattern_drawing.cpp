@@ -48,6 +48,7 @@ class Drawer {
 
  private:
   [[nodiscard]] double AllowanceOf(std::size_t line) const {
+    if (line == PieceDart::kNoLine) return pattern_.allowance_mm;
     return pattern_.lines[line].allowance_mm.value_or(pattern_.allowance_mm);
   }
 

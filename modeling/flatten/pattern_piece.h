@@ -26,7 +26,8 @@ struct PieceLine {
 
 /// A dart after the cut: its legs from the rim to the tip, side by side.
 struct PieceDart {
-  std::size_t line = 0;
+  static constexpr std::size_t kNoLine = static_cast<std::size_t>(-1);
+  std::size_t line = 0;  ///< kNoLine: of a mesh.
   double share = 0.0;
   Eigen::Vector2d tip = Eigen::Vector2d::Zero();  ///< theta, z
   std::array<SideChain, 2> legs;

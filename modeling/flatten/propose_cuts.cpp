@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "modeling/flatten/flat_pattern.h"
+#include "modeling/flatten/gathered_curvature.h"
 
 namespace annulus {
 namespace {
@@ -15,12 +16,6 @@ using Eigen::Vector2d;
 
 /// The search for darts uses elements so much larger than the pattern's.
 constexpr double kCoarser = 1.6;
-/// Of the square root of a piece's area: how far curvature counts for a tip, and how near to the rim or another tip a
-/// tip may be.
-constexpr double kGather = 0.1;
-constexpr double kKeepAway = 0.08;
-/// The same for a division, whose parts are to have no narrow necks.
-constexpr double kKeepClear = 0.15;
 constexpr double kMostBend = 60.0 / 360.0 * kTwoPi;  ///< Of a division at its place inside.
 constexpr std::size_t kMouths = 12;
 
@@ -30,39 +25,6 @@ Pattern Alone(const Pattern& pattern, std::size_t piece) {
   alone.pieces = {pattern.pieces[piece]};
   alone.element_mm *= kCoarser;
   return alone;
-}
-
-/// Which curvature counts.
-enum class Curved { kDomes, kDomesAndSaddles };
-
-/// Where the most curvature is gathered, (theta, z); nothing if there is none but near rim and tips.
-std::optional<Vector2d> MostCurved(const FlatPiece& piece, Curved curved) {
-  SheetTopology topology;
-  topology.rims = {piece.rim};
-  const std::vector<double> defects = AngleDefects(piece.body.sheet, topology);
-  const auto& places = piece.body.sheet.places;
-  const double scale = std::sqrt(piece.body_area_mm2);
-  std::vector<Eigen::Vector3d> avoid;
-  for (const std::uint32_t v : piece.rim) avoid.push_back(places[v]);
-  for (const PieceDart& dart : piece.body.darts) avoid.push_back(places[dart.legs[1].back()[1]]);
-  const double clear = (curved == Curved::kDomes ? kKeepAway : kKeepClear) * scale;
-  double best = 0.0;
-  std::optional<Vector2d> found;
-  for (std::size_t v = 0; v < places.size(); ++v) {
-    const bool near = std::any_of(avoid.begin(), avoid.end(),
-                                  [&](const Eigen::Vector3d& p) { return (p - places[v]).norm() < clear; });
-    if (near) continue;
-    double gathered = 0.0;
-    for (std::size_t w = 0; w < places.size(); ++w) {
-      const double near_share = 1.0 - (places[w] - places[v]).norm() / (kGather * scale);
-      if (near_share > 0.0) gathered += near_share * defects[w];
-    }
-    if (curved == Curved::kDomesAndSaddles) gathered = std::abs(gathered);
-    if (gathered <= best) continue;
-    best = gathered;
-    found = piece.body.theta_z[v];
-  }
-  return found;
 }
 
 /// The piece, or the part of it, that is strained most.
@@ -156,13 +118,15 @@ struct Search {
 
   /// With the dart that relieves most; nothing if none does.
   [[nodiscard]] std::optional<Search> WithDart() const {
-    const auto tip = MostCurved(Worst(flat), Curved::kDomes);
+    const FlatPiece& worst = Worst(flat);
+    const auto tip = MostCurved(worst, Curved::kDomes);
     const auto lines = SampleLines(alone, *body);
     if (!tip || !lines) return std::nullopt;
+    const PatternPlace place = PlaceOf(alone, *body, worst.body.theta_z[*tip]);
     std::optional<Search> best;
     for (const PatternDivision::End& mouth : Mouths(alone, *lines)) {
       PatternPiece piece = alone.pieces.front();
-      piece.darts.push_back({mouth.line, mouth.share, PlaceOf(alone, *body, *tip)});
+      piece.darts.push_back({mouth.line, mouth.share, place});
       auto made = Try(std::move(piece), best ? best->flat.energy : flat.energy);
       if (made) best.emplace(std::move(*made));
     }
@@ -171,18 +135,20 @@ struct Search {
 
   /// With the division that relieves most; nothing if none does.
   [[nodiscard]] std::optional<Search> WithDivision() const {
-    const auto middle = MostCurved(Worst(flat), Curved::kDomesAndSaddles);
+    const FlatPiece& worst = Worst(flat);
+    const auto most_curved = MostCurved(worst, Curved::kDomesAndSaddles);
     const auto lines = SampleLines(alone, *body);
-    if (!middle || !lines) return std::nullopt;
+    if (!most_curved || !lines) return std::nullopt;
+    const Vector2d middle = worst.body.theta_z[*most_curved];
     const std::vector<PatternDivision::End> mouths = Mouths(alone, *lines);
-    const double radius = body->segment.surface.Radius(middle->x(), middle->y());
+    const double radius = body->segment.surface.Radius(middle.x(), middle.y());
     const auto place = [&](const PatternDivision::End& end) { return StepAt((*lines)[end.line], end.share); };
     std::optional<Search> best;
     for (std::size_t a = 0; a < mouths.size(); ++a) {
       for (std::size_t b = a + 1; b < mouths.size(); ++b) {
-        if (BendAt(*middle, {place(mouths[a]), place(mouths[b])}, radius) > kMostBend) continue;
+        if (BendAt(middle, {place(mouths[a]), place(mouths[b])}, radius) > kMostBend) continue;
         PatternPiece piece = alone.pieces.front();
-        piece.divisions.push_back({{mouths[a], mouths[b]}, {PlaceOf(alone, *body, *middle)}});
+        piece.divisions.push_back({{mouths[a], mouths[b]}, {PlaceOf(alone, *body, middle)}});
         auto made = Try(std::move(piece), best ? best->flat.energy : flat.energy);
         if (made) best.emplace(std::move(*made));
       }

@@ -13,6 +13,7 @@
 #include "modeling/flatten/pattern_json.h"
 #include "modeling/flatten/surface_region.h"
 #include "tests/modeling_flatten/flat_bodies.h"
+#include "tests/modeling_flatten/sheet_shapes.h"
 #include "tests/support/folders.h"
 
 namespace annulus {
@@ -225,6 +226,27 @@ TEST(WithProposedCuts, DividesASaddleThatDartsCannotRelieve) {
   const auto again = PatternFromJson(PatternToJson(*proposed), "again");
   ASSERT_TRUE(again) << again.error().Text();
   EXPECT_EQ(PatternToJson(*again), PatternToJson(*proposed));
+}
+
+TEST(FlattenMesh, ProposesDartsInADome) {
+  const TriangleMesh dome = test::Cap(100.0, 0.25 * std::numbers::pi, 16);
+  Pattern pattern;
+  pattern.name = "dome";
+  pattern.darts = {0.01, 0, 0};
+  const auto plain = FlattenMesh(dome, pattern, {});
+  ASSERT_TRUE(plain) << plain.error().Text();
+  EXPECT_TRUE(plain->seams.empty());
+  pattern.darts.most = 2;
+  const auto darted = FlattenMesh(dome, pattern, {});
+  ASSERT_TRUE(darted) << darted.error().Text();
+  ASSERT_EQ(darted->seams.size(), 2U);
+  EXPECT_LE(LargestMismatch(*darted), 0.1);
+  EXPECT_LT(darted->energy, 0.5 * plain->energy);
+  EXPECT_EQ(CountFlips(darted->pieces[0].body.sheet, darted->pieces[0].points), 0U);
+  // A dart is folded: the cut line passes over its mouth.
+  const auto drawn = DrawPattern(pattern, *darted);
+  const double area = 2.0 * std::numbers::pi * 1e4 * (1.0 - std::cos(0.25 * std::numbers::pi));  // of the dome
+  EXPECT_GT(0.5 * TurnedArea(drawn[0].cut.points), area);
 }
 
 TEST(FlattenPattern, RefusesWhatCannotBeSewn) {
