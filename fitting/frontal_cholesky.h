@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fitting/elimination_tree.h"
+#include "fitting/front_store.h"
 
 namespace annulus {
 
@@ -52,7 +53,7 @@ class FrontalCholesky {
   using Columns = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
   [[nodiscard]] Columns ColumnsOf(std::size_t node) const;
   /// Numbers stored.
-  [[nodiscard]] std::size_t stored() const { return panels_.size(); }
+  [[nodiscard]] std::size_t stored() const { return panels_.stored(); }
 
  private:
   explicit FrontalCholesky(std::shared_ptr<const EliminationTree> tree);  ///< All columns zero.
@@ -64,12 +65,9 @@ class FrontalCholesky {
   [[nodiscard]] Right Lower(const Right& b) const;
   template <class Right>
   [[nodiscard]] Right Upper(const Right& y) const;
-  [[nodiscard]] double* Panel(std::size_t node) { return panels_.data() + panel_first_[node]; }
-  [[nodiscard]] const double* Panel(std::size_t node) const { return panels_.data() + panel_first_[node]; }
 
   std::shared_ptr<const EliminationTree> tree_;  ///< Shared with the factors of other weights of the same basis.
-  std::vector<double> panels_;                   ///< Own columns of every front, column-major.
-  std::vector<std::size_t> panel_first_;
+  FrontPanels panels_;
   Eigen::Index size_ = 0;
   Eigen::Index largest_boundary_ = 0;
 };

@@ -4,14 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "modeling/elastic/elastic_edit.h"
+#include "render/camera.h"
 #include "station/commands.h"
+#include "station/elastic_maps.h"
+#include "station/elastic_picture.h"
 #include "station/files.h"
 #include "station/measurement_output.h"
 
@@ -28,34 +31,14 @@ struct ElasticCommand {
   std::string out;
   std::string json;
   std::vector<std::string> maps;
+  std::vector<std::string> pictures;
+  std::string view;
 };
-
-/// A map that can be written: its word, and where it is.
-struct MapChoice {
-  const char* word;
-  const char* key;  ///< In the report.
-  std::vector<double> SkinMaps::*values;
-  double factor;
-};
-constexpr std::array<MapChoice, 7> kMaps{
-    {{"outward", "outward_mm", &SkinMaps::outward, 1.0},
-     {"sideways", "sideways_mm", &SkinMaps::sideways, 1.0},
-     {"von-mises", "von_mises_kpa", &SkinMaps::von_mises, kKilopascals},
-     {"largest-strain", "largest_strain_percent", &SkinMaps::largest_strain, 100.0},
-     {"smallest-strain", "smallest_strain_percent", &SkinMaps::smallest_strain, 100.0},
-     {"area-strain", "area_strain_percent", &SkinMaps::area_strain, 100.0},
-     {"pressure", "pressure_kpa", &SkinMaps::pressure, kKilopascals}}};
-
-std::string MapWords() {
-  std::string words;
-  for (const MapChoice& map : kMaps) words += (words.empty() ? "" : ", ") + std::string(map.word);
-  return words;
-}
 
 /// Lowest and highest value of each map.
 Json RangesJson(const SkinMaps& maps) {
   Json json;
-  for (const MapChoice& map : kMaps) {
+  for (const ElasticMap& map : ElasticMaps()) {
     const std::vector<double>& values = maps.*map.values;
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     json[map.key] = {map.factor * *low, map.factor * *high};
@@ -63,13 +46,27 @@ Json RangesJson(const SkinMaps& maps) {
   return json;
 }
 
-Json RegionJson(const ElasticRegion& region) {
+/// What share of the region's skin was measured; the rest is inferred, or unknown.
+double MeasuredShare(const ElasticRegion& region, const KnowledgeMap& knowledge) {
+  double measured = 0.0;
+  double all = 0.0;
+  for (std::size_t stack = 0; stack < region.area.size(); ++stack) {
+    const std::size_t column = stack % region.grid.shape.columns;
+    const double z = region.z[stack / region.grid.shape.columns];
+    all += region.area[stack];
+    if (knowledge.At(region.theta[column], z) == Knowledge::kMeasured) measured += region.area[stack];
+  }
+  return measured / all;
+}
+
+Json RegionJson(const ElasticRegion& region, const SurfaceSegment& segment) {
   const GridShape& shape = region.grid.shape;
   return {{"nodes", shape.nodes()},
           {"elements", shape.elements()},
           {"columns", shape.columns},
           {"rows", shape.rows},
           {"all_around", shape.closure == GridClosure::kClosed},
+          {"measured_share", MeasuredShare(region, segment.knowledge)},
           {"depth_smoothing", region.sweeps}};
 }
 
@@ -83,7 +80,7 @@ Json BandJson(const BandResult& band) {
           {"contact_area_mm2", band.contact_area}};
 }
 
-Json ElasticJson(const ElasticOutcome& outcome) {
+Json ElasticJson(const ElasticOutcome& outcome, const SurfaceSegment& segment) {
   const ElasticSolution& solution = outcome.solution;
   Json loads = Json::array();
   for (const LoadResult& load : outcome.loads) {
@@ -91,7 +88,7 @@ Json ElasticJson(const ElasticOutcome& outcome) {
   }
   Json bands = Json::array();
   for (const BandResult& band : outcome.bands) bands.push_back(BandJson(band));
-  return {{"region", RegionJson(outcome.region)},
+  return {{"region", RegionJson(outcome.region, segment)},
           {"displacement_max_mm", outcome.largest_displacement},
           {"energy_mj", solution.strain_energy},  // N·mm
           {"potential_mj", solution.potential},
@@ -127,12 +124,12 @@ Json ReportJson(const ElasticEdit& edit) {
           {"volume_change", edit.volume_after / edit.volume_before - 1.0},
           {"girths", std::move(girths)},
           {"edits", std::move(edits)},
-          {"elastic", edit.elastic ? ElasticJson(*edit.elastic) : Json()},
+          {"elastic", edit.elastic ? ElasticJson(*edit.elastic, edit.model.segments[edit.segment]) : Json()},
           {"surface", edit.written ? ChangeJson(*edit.written) : Json()}};
 }
 
 /// A map as a table that `render --map values` draws.
-std::string MapCsv(const ElasticOutcome& outcome, const MapChoice& map) {
+std::string MapCsv(const ElasticOutcome& outcome, const ElasticMap& map) {
   std::string text = "theta_deg,z_mm,value\n";
   const ElasticRegion& region = outcome.region;
   const std::vector<double>& values = outcome.maps.*map.values;
@@ -144,19 +141,67 @@ std::string MapCsv(const ElasticOutcome& outcome, const MapChoice& map) {
   return text;
 }
 
-/// Writes what `--map WORD=FILE` asks for.
-Status WriteMap(const std::string& request, const ElasticEdit& edit, CommandIo& io) {
-  const std::size_t sign = request.find('=');
-  const std::string word = request.substr(0, sign);
-  const auto* map = std::find_if(kMaps.begin(), kMaps.end(), [&](const MapChoice& one) { return one.word == word; });
-  if (map == kMaps.end() || sign == std::string::npos || sign + 1 == request.size()) {
+/// What `--map` or `--picture` asks for: a file, and of which map; none: how far the surface moved.
+struct MapRequest {
+  const ElasticMap* map = nullptr;
+  std::string path;
+};
+
+/// Reads WORD=FILE; `script` must have the elastic part that a word needs.
+Result<MapRequest> MapRequestOf(const std::string& text, const ElasticScript& script, CommandIo& io) {
+  const std::size_t sign = text.find('=');
+  const MapRequest request{FindElasticMap(text.substr(0, sign)),
+                           sign == std::string::npos ? "" : text.substr(sign + 1)};
+  if (request.map == nullptr || request.path.empty()) {
     io.set_failure_code(2);
-    return Fail("write map '" + request + "'", "it is not WORD=FILE with a known word", "use one of " + MapWords());
+    return Fail("write map '" + text + "'", "it is not WORD=FILE with a known word", "use one of " + ElasticMapWords());
   }
-  if (!edit.elastic) {
-    return Fail("write map '" + request + "'", "the script has neither loads nor bands", "give some, or no --map");
+  if (script.loads.empty() && script.bands.empty()) {
+    return Fail("write map '" + text + "'", "the script has neither loads nor bands", "give some, or no map");
   }
-  return io.WriteText(request.substr(sign + 1), MapCsv(*edit.elastic, *map));
+  return request;
+}
+
+/// All that is to be written beside the model; asked before anything is, so that a mistake leaves no file behind.
+struct Requests {
+  std::vector<MapRequest> maps;
+  std::vector<MapRequest> pictures;
+  std::optional<View> view;
+};
+
+Result<Requests> RequestsOf(const ElasticCommand& options, const ElasticScript& script, CommandIo& io) {
+  Requests requests;
+  for (const std::string& text : options.maps) {
+    auto map = MapRequestOf(text, script, io);
+    if (!map) return Fail(map);
+    requests.maps.push_back(std::move(*map));
+  }
+  for (const std::string& text : options.pictures) {
+    auto picture = text.find('=') == std::string::npos ? MapRequest{nullptr, text} : MapRequestOf(text, script, io);
+    if (!picture) return Fail(picture);
+    requests.pictures.push_back(std::move(*picture));
+  }
+  if (!options.view.empty()) {
+    const auto view = ParseView(options.view);
+    if (!view) {
+      io.set_failure_code(2);
+      return Fail(view);
+    }
+    requests.view = *view;
+  }
+  return requests;
+}
+
+/// Pictures are made before anything is written: what cannot be drawn leaves no file behind.
+Result<std::vector<RgbImage>> DrawAll(const Requests& requests, const SurfaceModel& before, const ElasticEdit& edit,
+                                      const TaskContext& task) {
+  std::vector<RgbImage> images;
+  for (const MapRequest& request : requests.pictures) {
+    auto image = DrawElasticEdit(before, edit, {request.map, requests.view}, task);
+    if (!image) return Fail(image);
+    images.push_back(std::move(*image));
+  }
+  return images;
 }
 
 Status Reshape(const ElasticCommand& options, CommandIo& io) {
@@ -166,14 +211,23 @@ Status Reshape(const ElasticCommand& options, CommandIo& io) {
   if (!text) return Fail(text);
   const auto script = ElasticScriptFromJson(*text, options.ops);
   if (!script) return Fail(script);
+  const auto requests = RequestsOf(options, *script, io);
+  if (!requests) return Fail(requests);
   ProgressDisplay progress(io.progress_mode());
   TaskContext task;
   task.progress = [&progress](std::string_view stage, double done, double total) { progress.Show(stage, done, total); };
   task.stop = io.stop();
   const auto edit = EditElastically(*model, *script, task);
   if (!edit) return Fail(edit);
+  const auto images = DrawAll(*requests, *model, *edit, {{}, io.stop()});
+  if (!images) return Fail(images);
   progress.Clear();
-  for (const std::string& request : options.maps) RETURN_IF_ERROR(WriteMap(request, *edit, io));
+  for (const MapRequest& request : requests->maps) {
+    RETURN_IF_ERROR(io.WriteText(request.path, MapCsv(*edit->elastic, *request.map)));
+  }
+  for (std::size_t k = 0; k < images->size(); ++k) {
+    RETURN_IF_ERROR(WritePngFile(io.storage(), requests->pictures[k].path, (*images)[k]));
+  }
   RETURN_IF_ERROR(WriteModelFile(io.storage(), options.out, edit->model));
   if (!options.json.empty()) return io.WriteJson(options.json, ReportJson(*edit));
   return io.Print(fmt::format("largest displacement {:.2f} mm, volume {:+.4f} %\n",
@@ -191,10 +245,22 @@ void AddElasticCommand(CLI::App& app, CommandWork& chosen) {
       ->required()
       ->type_name("OPS.json");
   command->add_option("--out", options->out, "the changed model")->required()->type_name("MODEL2.json");
-  command->add_option("--map", options->maps, "a map of the region as a table for 'render --map values': " + MapWords())
+  command
+      ->add_option("--map", options->maps,
+                   "a map of the region as a table for 'render --map values': " + ElasticMapWords())
       ->type_name("WORD=FILE.csv");
+  command
+      ->add_option("--picture", options->pictures,
+                   "before, after and how far the surface moved; with a word of --map that map instead")
+      ->type_name("[WORD=]FILE.png");
+  command
+      ->add_option("--view", options->view,
+                   "of the picture: front, left45, right45 or AZ,EL; unless given, half from the side of what moved")
+      ->type_name("VIEW");
   AddJsonOption(*command, options->json);
-  command->footer("Example: annulus elastic model.json --ops bust.json --out bust-model.json --json report.json");
+  command->footer(
+      "Example: annulus elastic model.json --ops bust.json --out bust-model.json --picture bust.png --json "
+      "report.json");
   command->callback([&chosen, options] { chosen = [options](CommandIo& io) { return Reshape(*options, io); }; });
 }
 

@@ -118,21 +118,42 @@ Json PieceJson(const FlatPiece& piece) {
           {"widest_dart_mm", gap}};
 }
 
+Json TipJson(const PatternPlace& place) {
+  return {{"theta_deg", DegreesFromRadians(place.turn)},
+          {"z_of", place.z_of},
+          {"z_towards", place.z_towards},
+          {"z_share", place.z_share.value_or(0.0)},
+          {"z_mm", place.up}};
+}
+
+/// Divisions that the rule added to a piece's own.
+Json ProposedSeamsJson(const Pattern& before, const Pattern& after) {
+  Json proposals = Json::array();
+  for (std::size_t p = 0; p < after.pieces.size(); ++p) {
+    const PatternPiece& piece = after.pieces[p];
+    for (std::size_t d = before.pieces[p].divisions.size(); d < piece.divisions.size(); ++d) {
+      const PatternDivision& division = piece.divisions[d];
+      const auto end = [&](std::size_t k) {
+        return Json{{"line", after.lines[division.ends[k].line].id}, {"share", division.ends[k].share}};
+      };
+      Json through = Json::array();
+      for (const PatternPlace& place : division.through) through.push_back(TipJson(place));
+      proposals.push_back({{"piece", piece.id}, {"from", end(0)}, {"to", end(1)}, {"through", std::move(through)}});
+    }
+  }
+  return proposals;
+}
+
 /// Darts that the rule added to a piece's own.
-Json ProposalsJson(const Pattern& before, const Pattern& after) {
+Json ProposedDartsJson(const Pattern& before, const Pattern& after) {
   Json proposals = Json::array();
   for (std::size_t p = 0; p < after.pieces.size(); ++p) {
     const PatternPiece& piece = after.pieces[p];
     for (std::size_t d = before.pieces[p].darts.size(); d < piece.darts.size(); ++d) {
       const PatternDart& dart = piece.darts[d];
-      proposals.push_back({{"piece", piece.id},
-                           {"line", after.lines[dart.line].id},
-                           {"share", dart.share},
-                           {"theta_deg", DegreesFromRadians(dart.tip.turn)},
-                           {"z_of", dart.tip.z_of},
-                           {"z_towards", dart.tip.z_towards},
-                           {"z_share", dart.tip.z_share.value_or(0.0)},
-                           {"z_mm", dart.tip.up}});
+      Json proposal{{"piece", piece.id}, {"line", after.lines[dart.line].id}, {"share", dart.share}};
+      proposal.update(TipJson(dart.tip));
+      proposals.push_back(std::move(proposal));
     }
   }
   return proposals;
@@ -169,7 +190,7 @@ Status WriteFlat(const Pattern& pattern, const FlatPattern& flat, const std::str
   return WriteFileAtomically(io.storage(), path, std::span<const std::byte>(*pdf));
 }
 
-/// Lays the pattern on one model; proposes darts where the rule says so.
+/// Lays the pattern on one model; proposes darts and seams where the rule says so.
 struct Laid {
   Pattern pattern;
   FlatPattern flat;
@@ -187,8 +208,8 @@ Result<Laid> Lay(const Pattern& pattern, const std::string& model, Darts darts, 
   task.stop = io.stop();
   task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
   Pattern chosen = pattern;
-  if (darts == Darts::kPropose && pattern.darts.most > 0) {
-    auto proposed = WithProposedDarts(pattern, body, task);
+  if (darts == Darts::kPropose && pattern.darts.most + pattern.darts.seams > 0) {
+    auto proposed = WithProposedCuts(pattern, body, task);
     if (!proposed) return Fail(proposed);
     chosen = std::move(*proposed);
   }
@@ -202,11 +223,17 @@ Result<Laid> Lay(const Pattern& pattern, const std::string& model, Darts darts, 
 Result<Laid> LayMesh(const Pattern& pattern, const std::string& path, CommandIo& io) {
   const auto mesh = ReadMesh(io.storage(), path);
   if (!mesh) return Fail(mesh);
-  auto flat = FlattenMesh(*mesh, pattern);
+  ProgressDisplay display(io.progress_mode());
+  TaskContext task;
+  task.stop = io.stop();
+  task.progress = [&](std::string_view stage, double done, double total) { display.Show(stage, done, total); };
+  auto flat = FlattenMesh(*mesh, pattern, task);
+  display.Clear();
+  if (io.stop().stop_requested()) return tl::unexpected<Error>(InterruptedError("flatten " + path));
   if (!flat) return Fail(flat);
   Pattern plain = pattern;
   plain.lines.clear();
-  plain.pieces = {{"mesh", pattern.name, {}, {}, {}}};
+  plain.pieces.clear();
   return Laid{std::move(plain), std::move(*flat)};
 }
 
@@ -231,7 +258,10 @@ Status RunFlatten(const FlattenCommand& options, CommandIo& io) {
       IsMesh(options.in) ? LayMesh(*pattern, options.in, io) : Lay(*pattern, options.in, Darts::kPropose, options, io);
   if (!first) return Fail(first);
   Json report = ReportJson(first->flat);
-  if (!IsMesh(options.in)) report["proposed_darts"] = ProposalsJson(*pattern, first->pattern);
+  if (!IsMesh(options.in)) {
+    report["proposed_darts"] = ProposedDartsJson(*pattern, first->pattern);
+    report["proposed_seams"] = ProposedSeamsJson(*pattern, first->pattern);
+  }
   std::optional<Laid> second;
   if (!options.second.empty()) {
     // Graded: the first body's pattern, darts included, laid anew on the second.
@@ -266,7 +296,8 @@ void AddFlattenCommand(CLI::App& app, CommandWork& chosen) {
       ->add_option("--out", options->out,
                    "the pieces at 1:1: .svg, .pdf (A4 pages), .dxf; .json: triangles and strain; .png: strain")
       ->type_name("F");
-  command->add_option("--save-pattern", options->save, "the pattern with the proposed darts")->type_name("F.json");
+  command->add_option("--save-pattern", options->save, "the pattern with the proposed darts and seams")
+      ->type_name("F.json");
   AddJsonOption(*command, options->json);
   command->footer(
       "Example: annulus flatten body.json --pattern bodice.json --out bodice.pdf --out bodice.dxf --json -");

@@ -173,7 +173,7 @@ void FigureMaker::DrawScaleBar(Figure& figure, const PlacedPanel& placed) const 
   const double figure_mm = placed.panel->pixels_per_mm / scale_;  // of the figure per mm of body
   const double most = 0.3 * placed.size.x() / figure_mm;
   double length = NiceStep(most, 1);
-  while (length > most) length = NiceStep(0.49 * length, 1);
+  while (length > most) length = NiceStep(0.4 * length, 1);  // 50, 20, 10, 5, …
   const double y = placed.corner.y() + placed.size.y() + 2.4;
   const double from = placed.corner.x() + 0.5 * (placed.size.x() - length * figure_mm);
   const double to = from + length * figure_mm;

@@ -46,20 +46,6 @@ Turn TurnOf(const HexCorners& y) {
   return turn;
 }
 
-/// R M Rᵀ, block by block.
-HexMatrix InStation(const HexMatrix& matrix, const Matrix3d& rotation) {
-  HexMatrix result;
-  for (int b = 0; b < 8; ++b) {
-    for (int a = 0; a <= b; ++a) {
-      const Matrix3d half = rotation * matrix.block<3, 3>(3 * a, 3 * b);
-      const Matrix3d block = half * rotation.transpose();
-      result.block<3, 3>(3 * a, 3 * b) = block;
-      if (a != b) result.block<3, 3>(3 * b, 3 * a) = block.transpose();
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 HexCorners Centred(const HexCorners& corners) {
@@ -100,8 +86,9 @@ TurnedElement Turned(const HexMatrix& stiffness, const HexCorners& rest, const H
 }
 
 HexMatrix ElementTangent(const HexMatrix& stiffness, const TurnedElement& element, ElasticTangent tangent) {
+  if (tangent == ElasticTangent::kUnturned) return stiffness;
   const Turn turn = TurnOf(element.turned_back);
-  Turn coupling = stiffness * turn;
+  Turn coupling = stiffness.lazyProduct(turn);  // small: Eigen's blocked product would spend its time on packing
   Matrix3d own = turn.transpose() * coupling;
   if (tangent == ElasticTangent::kFull) {
     Matrix3d lever = Matrix3d::Zero();
@@ -112,11 +99,27 @@ HexMatrix ElementTangent(const HexMatrix& stiffness, const TurnedElement& elemen
     }
     own -= 0.5 * (lever + lever.transpose());
   }
-  coupling.noalias() += 0.5 * element.spin.transpose() * own;
-  HexMatrix local = stiffness;
-  const HexMatrix half = coupling.lazyProduct(element.spin);
-  local += half + half.transpose();
-  return InStation(local, element.rotation);
+  coupling.noalias() += 0.5 * element.spin.transpose().lazyProduct(own);
+  // R (K + C S + Sᵀ Cᵀ) Rᵀ, block by block.
+  const Matrix3d& r = element.rotation;
+  Eigen::Matrix<double, 3, 24> turned_coupling;  // (R C)ᵀ
+  Eigen::Matrix<double, 3, 24> turned_spin;      // S Rᵀ
+  for (int a = 0; a < 8; ++a) {
+    turned_coupling.block<3, 3>(0, 3 * a) = coupling.block<3, 3>(3 * a, 0).transpose() * r.transpose();
+    turned_spin.block<3, 3>(0, 3 * a) = element.spin.block<3, 3>(0, 3 * a) * r.transpose();
+  }
+  HexMatrix result;
+  for (int b = 0; b < 8; ++b) {
+    for (int a = 0; a <= b; ++a) {
+      const Matrix3d half = r * stiffness.block<3, 3>(3 * a, 3 * b);
+      Matrix3d block = half * r.transpose();
+      block += turned_coupling.block<3, 3>(0, 3 * a).transpose() * turned_spin.block<3, 3>(0, 3 * b);
+      block += turned_spin.block<3, 3>(0, 3 * a).transpose() * turned_coupling.block<3, 3>(0, 3 * b);
+      result.block<3, 3>(3 * a, 3 * b) = block;
+      if (a != b) result.block<3, 3>(3 * b, 3 * a) = block.transpose();
+    }
+  }
+  return result;
 }
 
 }  // namespace annulus

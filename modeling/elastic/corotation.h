@@ -21,6 +21,7 @@ struct TurnedElement {
 enum class ElasticTangent {
   kFull,         ///< With those of the rotation (but for the change of `spin`): may be indefinite under pressure.
   kGaussNewton,  ///< Those of the strains alone: positive semidefinite, so that its step always leads down.
+  kUnturned,     ///< Those of elements that do not turn (linear elasticity): their stiffness.
 };
 
 /// The corners about their mean.

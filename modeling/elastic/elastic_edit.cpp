@@ -1,5 +1,7 @@
 #include "modeling/elastic/elastic_edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -125,6 +127,18 @@ BandResult BandOf(const BandLoad& band, const ElasticProblem& problem, const Ela
   return result;
 }
 
+/// Refuses a shape that is none. Past a strain of about a half the layer's cells turn over, and no balance is found.
+Status CheckBalance(const ElasticOutcome& outcome) {
+  constexpr double kBalance = 1e-4;
+  if (outcome.solution.residual <= kBalance) return {};
+  const auto& strain = outcome.maps.smallest_strain;
+  return Fail("find the shape of an elastic body",
+              fmt::format("after {} steps {:.2g} of the forces were not in balance, the layer squeezed by {:.0f} %",
+                          outcome.solution.steps, outcome.solution.residual,
+                          -100.0 * *std::min_element(strain.begin(), strain.end())),
+              "give a thicker layer, a looser band or smaller loads");
+}
+
 Result<ElasticOutcome> Solve(const SurfaceSegment& segment, const ElasticScript& script, const TaskContext& task) {
   auto region = MakeElasticRegion(segment, *script.region);
   if (!region) return Fail(region);
@@ -147,6 +161,7 @@ Result<ElasticOutcome> Solve(const SurfaceSegment& segment, const ElasticScript&
   if (!solution) return Fail(solution);
   ElasticOutcome outcome{std::move(*region), std::move(*solution), {}, {}, {}, 0.0};
   outcome.maps = MapSkin(outcome.region, problem, outcome.solution);
+  RETURN_IF_ERROR(CheckBalance(outcome));
   outcome.loads = LoadsOf(script, segment, outcome.region, outcome.solution);
   for (std::size_t b = 0; b < script.bands.size(); ++b) {
     outcome.bands.push_back(BandOf(script.bands[b], problem, outcome, threads[b]));

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kFinePoints = 720;  ///< Of the real skin's outline: its polygon is short by 3e-6.
-constexpr std::size_t kMostFibres = 24;
+constexpr std::size_t kMostFibres = 25;
 
 /// The plane n · p = offset with its directions.
 struct BandPlane {
@@ -165,8 +165,10 @@ Status AddLoad(const ElasticRegion& region, const SurfaceSegment& segment, const
 Result<std::vector<BandFibre>> FibresOf(const ElasticRegion& region, const SurfaceSegment& segment,
                                         const BandLoad& band) {
   const double row = region.z[1] - region.z[0];
-  const auto count =
-      static_cast<std::size_t>(std::clamp(std::round(band.width / row), 1.0, static_cast<double>(kMostFibres)));
+  // An odd number: one lies in the middle plane, in which the band's girth is told. No closer than rows of nodes, which
+  // could not follow them all.
+  const double pairs = std::clamp(std::floor(0.5 * (band.width / row - 1.0)), 0.0, 0.5 * (kMostFibres - 1));
+  const std::size_t count = 2 * static_cast<std::size_t>(pairs) + 1;
   std::vector<BandFibre> fibres;
   for (std::size_t n = 0; n < count; ++n) {
     const double share = (static_cast<double>(n) + 0.5) / static_cast<double>(count);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,12 +20,15 @@ constexpr int kMostHalvings = 30;
 constexpr double kTightness = 30.0;    ///< Of a thread of given length, over the body's own stiffness.
 constexpr double kLengthError = 1e-3;  ///< mm, of a thread of given length.
 constexpr int kMostTightenings = 12;
+constexpr double kNearEnd = 1e-4;  ///< Below this residual a factor is used again …
+constexpr double kQuick =
+    0.1;  ///< … if the step before left no more than this of the residual, and as long as it does.
 constexpr double kSlope = 1e-4;  ///< Armijo's share of the expected descent.
 
 /// Newton's method with line search on one potential energy.
 class Descent {
  public:
-  Descent(const ElasticSystem& system, const ElasticOptions& options, ElasticState start)
+  Descent(ElasticSystem& system, const ElasticOptions& options, ElasticState start)
       : system_(system), options_(options), state_(std::move(start)) {
     potential_.push_back(state_.potential);
   }
@@ -51,53 +55,75 @@ class Descent {
   void Restart() {
     state_ = system_.At(state_.displacement, options_.method);
     potential_.assign(1, state_.potential);
+    residual_before_ = 0.0;
   }
 
  private:
   bool Descend() {
-    const bool linear = options_.method == ElasticMethod::kLinear;
-    if (!linear) {
-      const auto step = system_.Step(state_, ElasticTangent::kFull);
-      if (step && Search(*step)) return true;
-    }
-    const auto step = system_.Step(state_, ElasticTangent::kGaussNewton);
-    return step && Search(*step);
+    if (options_.method == ElasticMethod::kLinear) return Search(system_.Step(state_, ElasticTangent::kUnturned));
+    // Near the end the second derivatives hardly change.
+    if (residual_ < kNearEnd && residual_ < kQuick * residual_before_ && SearchAgain()) return true;
+    return Search(system_.Step(state_, ElasticTangent::kFull)) ||
+           Search(system_.Step(state_, ElasticTangent::kGaussNewton));
   }
 
-  bool Search(const VectorXd& step) {
-    const double slope = step.dot(state_.gradient);  // the step is 0 on held components
-    if (!(slope < 0.0)) return false;
+  /// A step by the factor at hand, if it is about as good as a new one's.
+  bool SearchAgain() {
+    const VectorXd step = system_.StepAgain(state_);
+    auto next = Try(step, 1.0, step.dot(state_.gradient));
+    if (!next || system_.Residual(*next) > std::max(options_.tolerance, kQuick * residual_)) return false;
+    Take(std::move(*next));
+    return true;
+  }
+
+  bool Search(const std::optional<VectorXd>& step) {
+    if (!step) return false;
+    const double slope = step->dot(state_.gradient);  // the step is 0 on held components
     double share = 1.0;
     for (int n = 0; n < kMostHalvings; ++n, share *= 0.5) {
-      ElasticState next = system_.At(state_.displacement + share * step, options_.method);
-      // Near the bottom the descent is below the rounding of the energy itself: forces decide there.
-      const double rounding = 1e-13 * (std::abs(state_.potential) + state_.strain_energy);
-      const bool lower = next.potential <= state_.potential + kSlope * share * slope;
-      const bool level = n == 0 && next.potential <= state_.potential + rounding && -slope <= 1e3 * rounding &&
-                         system_.Residual(next) < 0.5 * system_.Residual(state_);
-      if (!lower && !level) continue;
-      potential_.push_back(next.potential);
-      state_ = std::move(next);
-      ++steps_;
+      auto next = Try(*step, share, slope);
+      if (!next) continue;
+      Take(std::move(*next));
       return true;
     }
     return false;
   }
 
-  const ElasticSystem& system_;
+  /// The shape after a share of a step, if its energy is lower.
+  std::optional<ElasticState> Try(const VectorXd& step, double share, double slope) {
+    if (!(slope < 0.0)) return std::nullopt;
+    ElasticState next = system_.At(state_.displacement + share * step, options_.method);
+    // Near the bottom the descent is below the rounding of the energy itself: forces decide there.
+    const double rounding = 1e-13 * (std::abs(state_.potential) + state_.strain_energy);
+    const bool lower = next.potential <= state_.potential + kSlope * share * slope;
+    const bool level = share == 1.0 && next.potential <= state_.potential + rounding && -slope <= 1e3 * rounding &&
+                       system_.Residual(next) < 0.5 * system_.Residual(state_);
+    if (!lower && !level) return std::nullopt;
+    return next;
+  }
+
+  void Take(ElasticState next) {
+    potential_.push_back(next.potential);
+    state_ = std::move(next);
+    residual_before_ = residual_;
+    ++steps_;
+  }
+
+  ElasticSystem& system_;
   ElasticOptions options_;
   ElasticState state_;
   std::vector<double> potential_;
   int steps_ = 0;
   double residual_ = 0.0;
+  double residual_before_ = 0.0;  ///< Of the step before; 0: there was none.
 };
 
 /// The first shape in which held components are where they belong: the others follow as in linear elasticity.
-Result<VectorXd> Admissible(const ElasticSystem& system) {
+Result<VectorXd> Admissible(ElasticSystem& system) {
   VectorXd start = system.given();
   if (start.isZero(0.0)) return start;
   const ElasticState moved = system.At(start, ElasticMethod::kLinear);
-  const auto step = system.Step(moved, ElasticTangent::kGaussNewton);
+  const auto step = system.Step(moved, ElasticTangent::kUnturned);
   if (!step) {
     return Fail(kAttempted, "nothing holds it", "hold the inner surface or the rim of the region");
   }

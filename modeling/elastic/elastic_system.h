@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -31,8 +33,11 @@ class ElasticSystem {
   static Result<ElasticSystem> Make(const ElasticProblem& problem);
 
   [[nodiscard]] ElasticState At(const Eigen::VectorXd& displacement, ElasticMethod method) const;
-  /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones. Nothing if they are not positive definite.
-  [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent) const;
+  /// −(second derivatives)⁻¹ · gradient on free components, 0 on held ones; to 1e-3 (in energy) where threads couple
+  /// nodes that are not neighbours. Nothing if they are not positive definite.
+  [[nodiscard]] std::optional<Eigen::VectorXd> Step(const ElasticState& state, ElasticTangent tangent);
+  /// The same with the second derivatives of the last call of Step, which must have given a step.
+  [[nodiscard]] Eigen::VectorXd StepAgain(const ElasticState& state) const;
   /// Largest force left over free components, over the largest inner force at any node or, if that is more, that of a
   /// strain of 1e-4.
   [[nodiscard]] double Residual(const ElasticState& state) const;
@@ -53,11 +58,18 @@ class ElasticSystem {
   explicit ElasticSystem(const ElasticProblem& problem) : problem_(&problem), fibres_(problem.fibres) {}
   Status Prepare();
   class PileSums;
+  class LooseSides;
+  class WidelyCoupled;
+  /// The skin nodes that a point lies between: lower and upper, the same if it lies on one.
+  [[nodiscard]] std::array<std::size_t, 2> NodesOf(const FibrePoint& point) const;
+  [[nodiscard]] Eigen::Vector3d DisplacementOf(const FibrePoint& point, const Eigen::VectorXd& displacement) const;
+  /// Whether `b` is in the column right of `a`'s and one row of piles holds both; which.
+  [[nodiscard]] std::optional<std::size_t> SharedRow(const FibrePoint& a, const FibrePoint& b) const;
 
   const ElasticProblem* problem_;
   std::vector<BandFibre> fibres_;
   std::vector<HexMatrix, Eigen::aligned_allocator<HexMatrix>> stiffness_;  ///< By element.
-  std::shared_ptr<const StackTree> tree_;
+  std::optional<StackCholesky> factor_;                                    ///< Of the last step's equations.
   Eigen::VectorXd given_;
   double stack_area_ = 0.0;         ///< Of the first element, mm².
   Eigen::VectorXd pull_stiffness_;  ///< By pull whose movement is given: large; else 0.

@@ -163,7 +163,10 @@ std::optional<HexMatrix> HexStiffness(const HexCorners& corners, const ElasticMa
   // K = K_uu − K_uα K_αα⁻¹ K_αu with K_uα K_αα⁻¹ K_αu = HᵀH, H = L⁻¹ K_αu.
   const Eigen::Matrix<double, kModes, 24> half = modes.matrixL().solve(sums->coupling.transpose());
   HexMatrix stiffness;
-  stiffness.noalias() = -half.transpose() * half;
+  for (int b = 0; b < 8; ++b) {  // upper blocks
+    stiffness.block(0, 3 * b, 3 * b + 3, 3) =
+        -half.leftCols(3 * b + 3).transpose().lazyProduct(half.middleCols<3>(3 * b));
+  }
   const double lambda = material.lambda();
   const double mu = material.mu();
   for (int b = 0, pair = 0; b < 8; ++b) {

@@ -5,19 +5,20 @@
 #include <span>
 #include <vector>
 
+#include "fitting/front_store.h"
 #include "modeling/elastic/solid_grid.h"
 
 namespace annulus {
 
-/// One step of the elimination: `own` unknowns leave the equations, `boundary` are those they were coupled to.
+/// One step of the elimination: `own` unknowns leave the equations, those of the boundary are what they were coupled
+/// to.
 struct StackNode {
-  std::vector<std::uint32_t> own;       ///< Stacks, in the order of elimination.
-  std::vector<std::uint32_t> boundary;  ///< Stacks, in the order of elimination; all come later.
-  std::vector<std::uint32_t> piles;     ///< Whose matrices enter here.
-  std::vector<std::uint32_t> children;  ///< Nodes of smaller numbers, at most two.
-  std::size_t own_count = 0;            ///< Unknowns.
-  std::size_t boundary_count = 0;
-  std::size_t first = 0;  ///< Position of the first own unknown in the order.
+  FrontSize size;
+  std::size_t first = 0;                       ///< Position of the first own unknown in the order; the others follow.
+  std::vector<std::uint32_t> boundary;         ///< Positions, rising; all come later.
+  std::vector<std::uint32_t> place_in_parent;  ///< Of each boundary unknown: own first, then boundary.
+  std::vector<std::uint32_t> piles;            ///< Whose matrices enter here.
+  std::size_t children = 0;                    ///< 0 … 2: the nodes just before, with theirs (postorder).
 };
 
 /// In which order the unknowns of a grid of stacks are eliminated, by nested dissection (George 1973): the grid is cut
@@ -34,22 +35,20 @@ class StackTree {
   [[nodiscard]] std::size_t size() const { return component_.size(); }
   /// Component 3·node + axis of each unknown, in the order of elimination.
   [[nodiscard]] const std::vector<std::uint32_t>& component() const { return component_; }
-  /// Position of a stack's first unknown; its others follow, inner ones first.
-  [[nodiscard]] std::size_t Position(std::size_t stack) const { return position_[stack]; }
-  /// Components 0 … 3·layers − 1 of a stack that are unknown.
-  [[nodiscard]] const std::vector<std::uint16_t>& Free(std::size_t stack) const { return free_[stack]; }
+  /// Unknowns of a pile's matrix (StackCholesky::PileMatrix) in the front that it enters, rising there.
+  [[nodiscard]] std::span<const FrontPlace> PlacesOf(std::size_t pile) const { return places_[pile]; }
 
  private:
   struct Part;
-  std::uint32_t Halve(const Part& part);
-  void Number();
-  void CollectBoundaries();
+  class Boundaries;
+  void Halve(const Part& part);
+  void Own(const Part& line, std::size_t children);
 
   GridShape shape_;
   std::vector<StackNode> nodes_;
-  std::vector<std::vector<std::uint16_t>> free_;  ///< By stack.
-  std::vector<std::size_t> position_;             ///< By stack.
   std::vector<std::uint32_t> component_;
+  std::vector<std::uint32_t> position_;          ///< By component; kHeld: none.
+  std::vector<std::vector<FrontPlace>> places_;  ///< By pile.
 };
 
 }  // namespace annulus

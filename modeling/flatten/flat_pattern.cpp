@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "modeling/flatten/flat_element.h"
 #include "modeling/flatten/surface_region.h"
@@ -36,37 +38,98 @@ Joined Join(const std::vector<BodyPiece>& pieces, const Pattern& pattern) {
 
 /// One side of a seam.
 struct SeamSide {
-  std::size_t piece;
-  const SideChain* sides;
+  std::size_t piece = 0;
+  SideChain sides;
 };
 
 struct SeamPair {
   std::string name;
-  double body_mm;
-  SeamSide one, other;
+  double body_mm = 0.0;
+  std::array<SeamSide, 2> sides;
 };
+
+/// A line's use by a piece or a part of one.
+struct LineSide {
+  std::size_t piece;
+  const PieceLine* line;
+
+  [[nodiscard]] std::size_t end() const { return line->first + line->sides.size(); }
+};
+
+/// The steps of a line that two uses share.
+std::optional<SeamPair> SharedSteps(const LineSide& a, const LineSide& b, double line_mm) {
+  const std::size_t first = std::max(a.line->first, b.line->first);
+  const std::size_t end = std::min(a.end(), b.end());
+  if (first >= end) return std::nullopt;
+  SeamPair seam;
+  const auto cut = [&](const LineSide& side) {
+    const auto from = side.line->sides.begin() + static_cast<std::ptrdiff_t>(first - side.line->first);
+    return SeamSide{side.piece, {from, from + static_cast<std::ptrdiff_t>(end - first)}};
+  };
+  seam.sides = {cut(a), cut(b)};
+  const std::vector<double>& shares = a.line->shares;
+  seam.body_mm = line_mm * (shares[end - a.line->first] - shares[first - a.line->first]);
+  return seam;
+}
+
+/// Seams along lines: every step that two pieces share.
+Status AddLineSeams(const std::vector<BodyPiece>& pieces, const Pattern& pattern, const std::vector<SampledLine>& lines,
+                    std::vector<SeamPair>& seams) {
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    std::vector<LineSide> uses;
+    std::vector<std::size_t> sides(lines[k].shares.size(), 0);
+    for (std::size_t p = 0; p < pieces.size(); ++p) {
+      for (const PieceLine& line : pieces[p].lines) {
+        if (line.use.line != k) continue;
+        uses.push_back({p, &line});
+        for (std::size_t step = 0; step < line.sides.size(); ++step) ++sides[line.first + step];
+      }
+    }
+    const std::size_t most = *std::max_element(sides.begin(), sides.end());
+    if (most > 2) {
+      return Fail("sew the pattern", fmt::format("line '{}' has {} sides", pattern.lines[k].id, most),
+                  "let two pieces meet in a line, or one with itself");
+    }
+    for (std::size_t a = 0; a < uses.size(); ++a) {
+      for (std::size_t b = a + 1; b < uses.size(); ++b) {
+        auto seam = SharedSteps(uses[a], uses[b], lines[k].length_mm);
+        if (!seam) continue;
+        seam->name = pattern.lines[k].id;
+        seams.push_back(std::move(*seam));
+      }
+    }
+  }
+  return {};
+}
+
+double LengthOnBody(const BodyPiece& piece, const SideChain& sides) {
+  double length = 0.0;
+  for (const auto& [from, to] : sides) length += (piece.sheet.places[to] - piece.sheet.places[from]).norm();
+  return length;
+}
 
 Result<std::vector<SeamPair>> FindSeams(const std::vector<BodyPiece>& pieces, const Pattern& pattern,
                                         const std::vector<SampledLine>& lines) {
-  std::vector<std::vector<SeamSide>> uses(pattern.lines.size());
   std::vector<SeamPair> seams;
-  for (std::size_t p = 0; p < pieces.size(); ++p) {
-    for (const PieceLine& line : pieces[p].lines) uses[line.use.line].push_back({p, &line.sides});
-  }
-  for (std::size_t k = 0; k < uses.size(); ++k) {
-    if (uses[k].size() > 2) {
-      return Fail("sew the pattern", fmt::format("line '{}' has {} sides", pattern.lines[k].id, uses[k].size()),
-                  "let two pieces meet in a line, or one with itself");
-    }
-    if (uses[k].size() == 2) seams.push_back({pattern.lines[k].id, lines[k].length_mm, uses[k][0], uses[k][1]});
-  }
+  RETURN_IF_ERROR(AddLineSeams(pieces, pattern, lines, seams));
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     for (std::size_t d = 0; d < pieces[p].darts.size(); ++d) {
       const auto& legs = pieces[p].darts[d].legs;
-      double length = 0.0;
-      for (const auto& [from, to] : legs[1])
-        length += (pieces[p].sheet.places[to] - pieces[p].sheet.places[from]).norm();
-      seams.push_back({fmt::format("{} dart {}", pattern.pieces[p].id, d + 1), length, {p, &legs[0]}, {p, &legs[1]}});
+      seams.push_back({fmt::format("{} dart {}", pieces[p].id, d + 1),
+                       LengthOnBody(pieces[p], legs[1]),
+                       {SeamSide{p, legs[0]}, SeamSide{p, legs[1]}}});
+    }
+  }
+  for (std::size_t a = 0; a < pieces.size(); ++a) {
+    for (const PieceDivision& one : pieces[a].divisions) {
+      for (std::size_t b = a + 1; b < pieces.size(); ++b) {
+        for (const PieceDivision& other : pieces[b].divisions) {
+          if (one.piece != other.piece || one.number != other.number) continue;
+          seams.push_back({fmt::format("{} division {}", pattern.pieces[one.piece].id, one.number + 1),
+                           LengthOnBody(pieces[a], one.sides),
+                           {SeamSide{a, one.sides}, SeamSide{b, other.sides}}});
+        }
+      }
     }
   }
   return seams;
@@ -74,13 +137,27 @@ Result<std::vector<SeamPair>> FindSeams(const std::vector<BodyPiece>& pieces, co
 
 FlatSeam Measured(const FlatPattern& flat, const SeamPair& pair) {
   FlatSeam seam{pair.name, {}, pair.body_mm, {}};
-  const std::array<SeamSide, 2> sides{pair.one, pair.other};
   for (std::size_t k = 0; k < 2; ++k) {
-    seam.piece[k] = sides[k].piece;
-    const auto& points = flat.pieces[sides[k].piece].points;
-    for (const auto& [from, to] : *sides[k].sides) seam.flat_mm[k] += (points[to] - points[from]).norm();
+    seam.piece[k] = pair.sides[k].piece;
+    const auto& points = flat.pieces[pair.sides[k].piece].points;
+    for (const auto& [from, to] : pair.sides[k].sides) seam.flat_mm[k] += (points[to] - points[from]).norm();
   }
   return seam;
+}
+
+/// The sides of all seams in the numbers of the joined sheet.
+std::vector<SewnEdge> SewnEdges(const std::vector<SeamPair>& seams, const std::vector<std::uint32_t>& first) {
+  std::vector<SewnEdge> sewn;
+  for (const SeamPair& seam : seams) {
+    const std::uint32_t a = first[seam.sides[0].piece];
+    const std::uint32_t b = first[seam.sides[1].piece];
+    for (std::size_t k = 0; k < seam.sides[0].sides.size(); ++k) {
+      const auto& one = seam.sides[0].sides[k];
+      const auto& other = seam.sides[1].sides[k];
+      sewn.push_back({{one[0] + a, one[1] + a}, {other[0] + b, other[1] + b}});
+    }
+  }
+  return sewn;
 }
 
 /// The amount that is exceeded on 2 % of the area.
@@ -122,8 +199,8 @@ std::vector<FlatPiece> Part(const Pattern& pattern, std::vector<BodyPiece>& bodi
   std::size_t face = 0;
   for (std::size_t p = 0; p < bodies.size(); ++p) {
     FlatPiece piece;
-    piece.id = pattern.pieces[p].id;
-    piece.label = pattern.pieces[p].label;
+    piece.id = bodies[p].id;
+    piece.label = bodies[p].label;
     const std::uint32_t first = joined.first[p];
     const std::size_t vertices = bodies[p].sheet.places.size();
     piece.points.assign(shape.points.begin() + first,
@@ -140,19 +217,6 @@ std::vector<FlatPiece> Part(const Pattern& pattern, std::vector<BodyPiece>& bodi
   return pieces;
 }
 
-/// The grain line of a mesh.
-std::array<std::uint32_t, 2> LowestAndHighest(const TriangleMesh& mesh) {
-  std::array<std::uint32_t, 2> ends{};
-  for (const auto& face : mesh.faces) {
-    for (const std::uint32_t v : face) {
-      if (mesh.vertices[v].z() < mesh.vertices[ends[0]].z()) ends[0] = v;
-      if (mesh.vertices[v].z() > mesh.vertices[ends[1]].z()) ends[1] = v;
-    }
-  }
-  if (ends[0] == ends[1]) ends = {mesh.faces.front()[0], mesh.faces.front()[1]};
-  return ends;
-}
-
 Status CheckOverlaps(const FlatPattern& flat) {
   for (const FlatPiece& piece : flat.pieces) {
     if (CountRimCrossings({piece.rim}, piece.points) == 0) continue;
@@ -164,30 +228,12 @@ Status CheckOverlaps(const FlatPattern& flat) {
 
 }  // namespace
 
-Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body, const TaskContext& task) {
-  const auto lines = SampleLines(pattern, body);
-  if (!lines) return Fail(lines);
-  std::vector<BodyPiece> bodies;
-  for (std::size_t p = 0; p < pattern.pieces.size(); ++p) {
-    if (task.stop.stop_requested()) return Fail("lay the pattern flat", "it was stopped", "start it again");
-    task.Report("cut", static_cast<double>(p), static_cast<double>(pattern.pieces.size()));
-    auto piece = CutPiece(pattern, p, *lines, body);
-    if (!piece) return Fail(piece);
-    bodies.push_back(std::move(*piece));
-  }
-  const auto seams = FindSeams(bodies, pattern, *lines);
+Result<FlatPattern> LayFlat(const Pattern& pattern, std::vector<BodyPiece> bodies,
+                            const std::vector<SampledLine>& lines) {
+  const auto seams = FindSeams(bodies, pattern, lines);
   if (!seams) return Fail(seams);
   Joined joined = Join(bodies, pattern);
-  for (const SeamPair& seam : *seams) {
-    for (std::size_t k = 0; k < seam.one.sides->size(); ++k) {
-      const auto& one = (*seam.one.sides)[k];
-      const auto& other = (*seam.other.sides)[k];
-      const std::uint32_t a = joined.first[seam.one.piece];
-      const std::uint32_t b = joined.first[seam.other.piece];
-      joined.options.sewn.push_back({{one[0] + a, one[1] + a}, {other[0] + b, other[1] + b}});
-    }
-  }
-  task.Report("flatten", 0.0, 1.0);
+  joined.options.sewn = SewnEdges(*seams, joined.first);
   const auto shape = Flatten(joined.sheet, joined.options);
   if (!shape) return Fail(shape);
   if (!shape->converged) {
@@ -196,36 +242,25 @@ Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& bo
         fmt::format("no balance of forces after {} steps (seams differ by {:g} mm)", shape->steps, shape->seam_gap_mm),
         "cut strongly curved pieces by seams, or take smaller elements");
   }
-  std::vector<SeamPair> pairs = *seams;
-  // The chains move with their pieces: keep them by value first.
-  std::vector<std::array<SideChain, 2>> chains;
-  for (const SeamPair& pair : pairs) chains.push_back({*pair.one.sides, *pair.other.sides});
   FlatPattern flat{pattern.name, Part(pattern, bodies, joined, *shape), {}, shape->energy, shape->steps};
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    pairs[k].one.sides = &chains[k][0];
-    pairs[k].other.sides = &chains[k][1];
-    flat.seams.push_back(Measured(flat, pairs[k]));
-  }
+  for (const SeamPair& seam : *seams) flat.seams.push_back(Measured(flat, seam));
   RETURN_IF_ERROR(CheckOverlaps(flat));
   return flat;
 }
 
-Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern) {
-  Pattern alone = pattern;
-  alone.lines.clear();
-  alone.pieces = {{"mesh", pattern.name, {}, {}, {}}};
-  std::vector<BodyPiece> bodies(1);
-  bodies.front().sheet = SheetOfMesh(mesh);
-  for (const Eigen::Vector3d& p : mesh.vertices) bodies.front().theta_z.emplace_back(std::atan2(p.y(), p.x()), p.z());
-  const auto topology = CheckSheet(bodies.front().sheet);
-  if (!topology) return Fail(topology);
-  bodies.front().grain = LowestAndHighest(mesh);
-  const Joined joined = Join(bodies, alone);
-  const auto shape = Flatten(joined.sheet, joined.options);
-  if (!shape) return Fail(shape);
-  FlatPattern flat{alone.name, Part(alone, bodies, joined, *shape), {}, shape->energy, shape->steps};
-  RETURN_IF_ERROR(CheckOverlaps(flat));
-  return flat;
+Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body, const TaskContext& task) {
+  const auto lines = SampleLines(pattern, body);
+  if (!lines) return Fail(lines);
+  std::vector<BodyPiece> bodies;
+  for (std::size_t p = 0; p < pattern.pieces.size(); ++p) {
+    if (task.stop.stop_requested()) return Fail("lay the pattern flat", "it was stopped", "start it again");
+    task.Report("cut", static_cast<double>(p), static_cast<double>(pattern.pieces.size()));
+    auto parts = CutPiece(pattern, p, *lines, body);
+    if (!parts) return Fail(parts);
+    for (BodyPiece& part : *parts) bodies.push_back(std::move(part));
+  }
+  task.Report("flatten", 0.0, 1.0);
+  return LayFlat(pattern, std::move(bodies), *lines);
 }
 
 }  // namespace annulus

@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "modeling/flatten/flatten.h"
 #include "modeling/flatten/pattern.h"
+#include "modeling/flatten/pattern_lines.h"
 #include "modeling/flatten/pattern_piece.h"
 
 namespace annulus {
@@ -31,7 +32,7 @@ struct FlatPiece {
 
 /// How long the two sides of a seam are.
 struct FlatSeam {
-  std::string line;                    ///< Of the pattern, or "dart N" of a piece.
+  std::string line;  ///< Of the pattern (whose parts may be several seams), or "PIECE dart N", "PIECE division N".
   std::array<std::size_t, 2> piece{};  ///< Their numbers; twice the same for darts.
   double body_mm = 0.0;                ///< On the body.
   std::array<double, 2> flat_mm{};
@@ -52,14 +53,22 @@ struct FlatPattern {
 [[nodiscard]] Result<FlatPattern> FlattenPattern(const Pattern& pattern, const PatternBody& body,
                                                  const TaskContext& task);
 
-/// A mesh with one rim as a pattern of one piece without lines; the material is the pattern's. Fails as Flatten.
-[[nodiscard]] Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern);
+/// The same for pieces that are cut out already, along the pattern's sampled lines.
+[[nodiscard]] Result<FlatPattern> LayFlat(const Pattern& pattern, std::vector<BodyPiece> bodies,
+                                          const std::vector<SampledLine>& lines);
 
-/// The pattern with darts added by its rule: while the strain of a piece exceeds the bound on more than 2 % of its area
-/// and the count allows, a cut to the place of greatest angle defect (curvature gathered within a tenth of the piece),
-/// from that one of the rim's places whose cut relieves most energy. Only cuts that open count: saddles cannot be
-/// relieved by darts.
-[[nodiscard]] Result<Pattern> WithProposedDarts(const Pattern& pattern, const PatternBody& body,
-                                                const TaskContext& task);
+/// A mesh with one rim as a pattern of one piece without lines; the material is the pattern's. Darts are proposed by
+/// its rule as WithProposedCuts does, along sides of the triangles. Fails as LayFlat.
+[[nodiscard]] Result<FlatPattern> FlattenMesh(const TriangleMesh& mesh, const Pattern& pattern,
+                                              const TaskContext& task);
+
+/// The pattern with darts and divisions added by its rule: while the strain of a piece exceeds the bound on more than
+/// 2 % of its area, first darts, as long as their count allows: a cut to the place of greatest angle defect (curvature
+/// gathered within a tenth of the piece), from that one of the rim's places whose cut relieves most energy. Only cuts
+/// that open count: saddles cannot be relieved by darts. Where none is left that does, and the count allows, a
+/// division: from rim to rim through the place where most curvature of either sign is gathered, well away from the rim,
+/// between those of the rim's places that leave the least energy and bend it there by no more than 60 degrees.
+[[nodiscard]] Result<Pattern> WithProposedCuts(const Pattern& pattern, const PatternBody& body,
+                                               const TaskContext& task);
 
 }  // namespace annulus

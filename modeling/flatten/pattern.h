@@ -56,18 +56,31 @@ struct PatternDart {
   PatternPlace tip;
 };
 
+/// A seam across a piece, from outline to outline, straight in the (theta, z) plane from one place to the next: the
+/// piece becomes two, which are sewn to each other along it.
+struct PatternDivision {
+  struct End {
+    std::size_t line = 0;
+    double share = 0.5;  ///< Of the line's length from its first place, in (0, 1).
+  };
+  std::array<End, 2> ends;
+  std::vector<PatternPlace> through;  ///< Places between the ends, in their order.
+};
+
 struct PatternPiece {
   std::string id;
   std::string label;
   std::vector<LineUse> outline;                        ///< End to end, closed.
   std::optional<std::array<PatternPlace, 2>> grain{};  ///< From below upwards; unless given, the middle of its height.
   std::vector<PatternDart> darts{};
+  std::vector<PatternDivision> divisions{};  ///< They do not cross each other or darts.
 };
 
-/// When darts are proposed.
+/// When darts and seams are proposed.
 struct DartRule {
-  double strain = 0.02;  ///< Over this on more than 2 % of a piece's area, > 0.
-  std::size_t most = 0;  ///< Darts per piece at most; 0: none are proposed.
+  double strain = 0.02;   ///< Over this on more than 2 % of a piece's area, > 0.
+  std::size_t most = 0;   ///< Darts per piece at most; 0: none are proposed.
+  std::size_t seams = 0;  ///< Divisions per piece at most, where darts are not enough; 0: none are proposed.
 };
 
 /// A garment as lines and pieces on a body (docs/formats.md, "Pattern"). A line that two pieces use, or one piece

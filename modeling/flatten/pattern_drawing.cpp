@@ -35,6 +35,10 @@ class Drawer {
     for (const PieceDart& dart : piece_.body.darts) {
       for (const SideChain& leg : dart.legs) AddSewn(leg, drawn.sew);
     }
+    for (const PieceDivision& division : piece_.body.divisions) {
+      AddSewn(division.sides, drawn.sew);
+      AddDivisionNotch(division, drawn.notches);
+    }
     if (piece_.body.lines.empty()) drawn.sew.push_back({RimPoints(), DrawnChain::End::kClosed});
     AddGrain(drawn.grain);
     drawn.label_at = Middle();
@@ -44,6 +48,7 @@ class Drawer {
 
  private:
   [[nodiscard]] double AllowanceOf(std::size_t line) const {
+    if (line == PieceDart::kNoLine) return pattern_.allowance_mm;
     return pattern_.lines[line].allowance_mm.value_or(pattern_.allowance_mm);
   }
 
@@ -96,24 +101,39 @@ class Drawer {
     }
   }
 
+  /// The line's own notches, and one where a division of a neighbour ends.
   void AddNotches(const PieceLine& line, std::vector<DrawnStroke>& notches) const {
-    double length = 0.0;
-    for (const auto& [from, to] : line.sides) length += (piece_.points[to] - piece_.points[from]).norm();
-    for (const double share : pattern_.lines[line.use.line].notches) {
-      double left = share * length;
-      for (const auto& [from, to] : line.sides) {
-        const Vector2d along = piece_.points[to] - piece_.points[from];
-        if (left > along.norm()) {
-          left -= along.norm();
-          continue;
+    std::vector<double> shares = pattern_.lines[line.use.line].notches;
+    for (const PatternPiece& piece : pattern_.pieces) {
+      for (const PatternDivision& division : piece.divisions) {
+        for (const PatternDivision::End& end : division.ends) {
+          if (end.line == line.use.line) shares.push_back(end.share);
         }
-        const Vector2d at = piece_.points[from] + left * along.normalized();
-        Vector2d out(along.y(), -along.x());
-        if (!RunsAlongRim(from, to)) out = -out;
-        notches.push_back({at, at + std::max(AllowanceOf(line.use.line), kLeastNotch) * out.normalized()});
-        break;
       }
     }
+    const double margin = 2e-6;  // a notch at a corner is none
+    for (const double share : shares) {
+      if (!(share > line.shares.front() + margin && share < line.shares.back() - margin)) continue;
+      const auto after = std::upper_bound(line.shares.begin(), line.shares.end(), share);
+      const auto k = static_cast<std::size_t>(after - line.shares.begin()) - 1;
+      const double part = (share - line.shares[k]) / (line.shares[k + 1] - line.shares[k]);
+      AddNotch(line.sides[k], part, AllowanceOf(line.use.line), notches);
+    }
+  }
+
+  /// At a third of its steps, the same on both sides; not the middle, so that no side is sewn the wrong way round.
+  void AddDivisionNotch(const PieceDivision& division, std::vector<DrawnStroke>& notches) const {
+    AddNotch(division.sides[division.sides.size() / 3], 0.0, pattern_.allowance_mm, notches);
+  }
+
+  /// At a part of a side, out to the cut line.
+  void AddNotch(const std::array<std::uint32_t, 2>& side, double part, double allowance,
+                std::vector<DrawnStroke>& notches) const {
+    const Vector2d along = piece_.points[side[1]] - piece_.points[side[0]];
+    const Vector2d at = piece_.points[side[0]] + part * along;
+    Vector2d out(along.y(), -along.x());
+    if (!RunsAlongRim(side[0], side[1])) out = -out;
+    notches.push_back({at, at + std::max(allowance, kLeastNotch) * out.normalized()});
   }
 
   [[nodiscard]] bool RunsAlongRim(std::uint32_t from, std::uint32_t to) const {

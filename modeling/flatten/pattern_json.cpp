@@ -97,10 +97,11 @@ class Reader {
 
   DartRule Rule(const Json& json) const {
     const JsonReader at = reader_.Within("darts");
-    Keys(at, json, {"strain", "most"});
+    Keys(at, json, {"strain", "most", "seams"});
     DartRule rule;
     rule.strain = Ranged(at, json, "strain", rule.strain, {1e-4, 1.0});
     rule.most = static_cast<std::size_t>(Ranged(at, json, "most", 4.0, {0.0, 20.0}));
+    rule.seams = static_cast<std::size_t>(Ranged(at, json, "seams", 0.0, {0.0, 20.0}));
     return rule;
   }
 
@@ -161,7 +162,7 @@ class Reader {
   PatternPiece Piece(const Pattern& pattern, const Json& list, std::size_t number) const {
     const JsonReader at = reader_.Within(fmt::format("pieces[{}]", number));
     const Json& json = list[number];
-    Keys(at, json, {"id", "label", "outline", "grain", "darts"});
+    Keys(at, json, {"id", "label", "outline", "grain", "darts", "divisions"});
     PatternPiece piece;
     piece.id = Taken(at.Text(json, "id"));
     piece.label = TextOr(at, json, "label");
@@ -183,7 +184,31 @@ class Reader {
       for (std::size_t k = 0; k < darts.size(); ++k)
         piece.darts.push_back(Dart(pattern, at.Within(fmt::format("darts[{}]", k)), darts[k]));
     }
+    if (json.contains("divisions")) {
+      const Json& divisions = List(at, json, "divisions");
+      for (std::size_t k = 0; k < divisions.size(); ++k)
+        piece.divisions.push_back(Division(pattern, at.Within(fmt::format("divisions[{}]", k)), divisions[k]));
+    }
     return piece;
+  }
+
+  PatternDivision Division(const Pattern& pattern, const JsonReader& at, const Json& json) const {
+    Keys(at, json, {"from", "to", "through"});
+    PatternDivision division;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const char* key = k == 0 ? "from" : "to";
+      const JsonReader within = at.Within(key);
+      const Json& end = *Taken(at.Object(json, key));
+      Keys(within, end, {"line", "share"});
+      division.ends[k].line = LineCalled(pattern, Taken(within.Text(end, "line")));
+      division.ends[k].share = Ranged(within, end, "share", 0.5, {0.001, 0.999});
+    }
+    if (json.contains("through")) {
+      const Json& places = List(at, json, "through");
+      for (std::size_t k = 0; k < places.size(); ++k)
+        division.through.push_back(Place(at.Within(fmt::format("through[{}]", k)), places[k]));
+    }
+    return division;
   }
 
   PatternDart Dart(const Pattern& pattern, const JsonReader& at, const Json& json) const {
@@ -220,6 +245,15 @@ Json LineJson(const PatternLine& line) {
   return json;
 }
 
+Json DivisionJson(const Pattern& pattern, const PatternDivision& division) {
+  const auto end = [&](std::size_t k) {
+    return Json{{"line", pattern.lines[division.ends[k].line].id}, {"share", division.ends[k].share}};
+  };
+  Json through = Json::array();
+  for (const PatternPlace& place : division.through) through.push_back(PlaceJson(place));
+  return {{"from", end(0)}, {"to", end(1)}, {"through", std::move(through)}};
+}
+
 Json PieceJson(const Pattern& pattern, const PatternPiece& piece) {
   Json outline = Json::array();
   for (const LineUse& use : piece.outline) {
@@ -232,6 +266,9 @@ Json PieceJson(const Pattern& pattern, const PatternPiece& piece) {
     darts.push_back({{"line", pattern.lines[dart.line].id}, {"share", dart.share}, {"tip", PlaceJson(dart.tip)}});
   }
   if (!darts.empty()) json["darts"] = std::move(darts);
+  Json divisions = Json::array();
+  for (const PatternDivision& division : piece.divisions) divisions.push_back(DivisionJson(pattern, division));
+  if (!divisions.empty()) json["divisions"] = std::move(divisions);
   return json;
 }
 
@@ -256,20 +293,21 @@ std::string PatternToJson(const Pattern& pattern) {
   for (const PatternLine& line : pattern.lines) lines[line.id] = LineJson(line);
   Json pieces = Json::array();
   for (const PatternPiece& piece : pattern.pieces) pieces.push_back(PieceJson(pattern, piece));
-  const Json root{{"format", kFormat},
-                  {"version", kVersion},
-                  {"name", pattern.name},
-                  {"material",
-                   {{"e_warp_n_per_mm2", m.e_warp},
-                    {"e_weft_n_per_mm2", m.e_weft},
-                    {"poisson", m.poisson},
-                    {"shear_n_per_mm2", m.shear},
-                    {"thickness_mm", m.thickness_mm}}},
-                  {"element_mm", pattern.element_mm},
-                  {"allowance_mm", pattern.allowance_mm},
-                  {"darts", {{"strain", pattern.darts.strain}, {"most", pattern.darts.most}}},
-                  {"lines", std::move(lines)},
-                  {"pieces", std::move(pieces)}};
+  const Json root{
+      {"format", kFormat},
+      {"version", kVersion},
+      {"name", pattern.name},
+      {"material",
+       {{"e_warp_n_per_mm2", m.e_warp},
+        {"e_weft_n_per_mm2", m.e_weft},
+        {"poisson", m.poisson},
+        {"shear_n_per_mm2", m.shear},
+        {"thickness_mm", m.thickness_mm}}},
+      {"element_mm", pattern.element_mm},
+      {"allowance_mm", pattern.allowance_mm},
+      {"darts", {{"strain", pattern.darts.strain}, {"most", pattern.darts.most}, {"seams", pattern.darts.seams}}},
+      {"lines", std::move(lines)},
+      {"pieces", std::move(pieces)}};
   return root.dump(1) + "\n";
 }
 
@@ -282,6 +320,9 @@ bool NeedsLandmarks(const Pattern& pattern) {
     if (piece.grain && (named((*piece.grain)[0]) || named((*piece.grain)[1]))) return true;
     for (const PatternDart& dart : piece.darts) {
       if (named(dart.tip)) return true;
+    }
+    for (const PatternDivision& division : piece.divisions) {
+      if (std::any_of(division.through.begin(), division.through.end(), named)) return true;
     }
   }
   return false;

@@ -159,6 +159,9 @@ Result<std::vector<SampledLine>> SampleLines(const Pattern& pattern, const Patte
   std::vector<std::vector<double>> shares(pattern.lines.size());
   for (const PatternPiece& piece : pattern.pieces) {
     for (const PatternDart& dart : piece.darts) shares[dart.line].push_back(dart.share);
+    for (const PatternDivision& division : piece.divisions) {
+      for (const PatternDivision::End& end : division.ends) shares[end.line].push_back(end.share);
+    }
   }
   std::vector<SampledLine> sampled;
   for (std::size_t k = 0; k < pattern.lines.size(); ++k) {

@@ -15,8 +15,8 @@ struct SampledLine {
   double length_mm = 0.0;
 };
 
-/// All lines of a pattern; places where darts begin are steps. Fails on places that the body has not, lines shorter
-/// than a hundredth of an element, and lines of over 100,000 steps.
+/// All lines of a pattern; places where darts begin and divisions end are steps. Fails on places that the body has not,
+/// lines shorter than a hundredth of an element, and lines of over 100,000 steps.
 [[nodiscard]] Result<std::vector<SampledLine>> SampleLines(const Pattern& pattern, const PatternBody& body);
 
 }  // namespace annulus

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "modeling/flatten/geodesic_side.h"
+#include "modeling/flatten/piece_parts.h"
 #include "modeling/flatten/sheet_cut.h"
 #include "modeling/flatten/surface_region.h"
 
@@ -30,23 +31,30 @@ struct Rim {
 class Cutter {
  public:
   Cutter(const Pattern& pattern, std::size_t piece, const std::vector<SampledLine>& lines, const PatternBody& body)
-      : pattern_(pattern), piece_(pattern.pieces[piece]), lines_(lines), body_(body) {}
+      : pattern_(pattern), number_(piece), piece_(pattern.pieces[piece]), lines_(lines), body_(body) {}
 
-  Result<BodyPiece> Cut() {
+  Result<std::vector<BodyPiece>> Cut() {
     auto rim = MakeRim();
     if (!rim) return Fail(rim);
     RegionLines region;
     region.points = rim->places;
     region.rim_count = rim->places.size();
     for (const PatternDart& dart : piece_.darts) RETURN_IF_ERROR(AddDart(dart, *rim, region));
+    for (const PatternDivision& division : piece_.divisions) RETURN_IF_ERROR(AddDivision(division, *rim, region));
     const auto grain = AddGrain(region);
     if (!grain) return Fail(grain);
     auto filled = FillRegion(body_.segment, region, pattern_.element_mm);
     if (!filled) return Within(filled.error());
-    BodyPiece made{std::move(filled->sheet), std::move(filled->theta_z), *grain, {}, {}};
+    BodyPiece made;
+    made.id = piece_.id;
+    made.label = piece_.label;
+    made.sheet = std::move(filled->sheet);
+    made.theta_z = std::move(filled->theta_z);
+    made.grain = *grain;
     CutDarts(region, made);
+    CutDivisions(region, made);
     NameSides(*rim, made);
-    return made;
+    return PartsOf(std::move(made), pattern_.element_mm);
   }
 
  private:
@@ -99,37 +107,80 @@ class Cutter {
                   "list the outline's lines end to end; '-ID' runs a line backwards");
   }
 
-  /// The rim's corner at which a dart begins.
-  [[nodiscard]] std::optional<std::uint32_t> Mouth(const PatternDart& dart, const Rim& rim) const {
-    const std::vector<double>& shares = lines_[dart.line].shares;
+  /// The rim's corner at a share of a line.
+  [[nodiscard]] std::optional<std::uint32_t> CornerAt(std::size_t line, double share, const Rim& rim) const {
+    const std::vector<double>& shares = lines_[line].shares;
     for (std::size_t k = 0; k < piece_.outline.size(); ++k) {
-      if (piece_.outline[k].line != dart.line) continue;
+      if (piece_.outline[k].line != line) continue;
       for (std::size_t j = 1; j + 1 < shares.size(); ++j) {
-        if (std::abs(shares[j] - dart.share) < 2e-6) return rim.corners[k][j];
+        if (std::abs(shares[j] - share) < 2e-6) return rim.corners[k][j];
       }
     }
     return {};
   }
 
-  Status AddDart(const PatternDart& dart, const Rim& rim, RegionLines& region) const {
-    const auto mouth = Mouth(dart, rim);
-    if (!mouth)
-      return Refuse("a dart does not begin within a line of its outline",
+  /// The same, if no other cut has an end there.
+  Result<std::uint32_t> Mouth(std::size_t line, double share, const Rim& rim, const RegionLines& region) const {
+    const auto mouth = CornerAt(line, share, rim);
+    if (!mouth) {
+      return Refuse("a dart or division does not begin within a line of its outline",
                     "name a line of the piece and a share in (0, 1)");
-    const bool taken = std::any_of(region.chains.begin(), region.chains.end(),
-                                   [&](const PlaneMesh::Chain& chain) { return chain.front() == *mouth; });
-    if (taken) return Refuse("two darts begin at the same place", "let them begin apart");
-    auto tip = PlaceOn(body_, dart.tip);
-    if (!tip) return Fail(tip);
-    const Vector2d from = rim.places[*mouth];
-    tip->x() += kTurn * std::round((from.x() - tip->x()) / kTurn);
-    const double length = StraightLength(body_.segment, from, *tip);
-    const double count = std::clamp(std::ceil(length / pattern_.element_mm - 1e-9), 1.0, 1e4);
-    PlaneMesh::Chain chain{*mouth};
-    for (double step = 1.0; step <= count; step += 1.0) {
-      chain.push_back(static_cast<std::uint32_t>(region.points.size()));
-      region.points.emplace_back(from + step / count * (*tip - from));
     }
+    const bool taken = std::any_of(region.chains.begin(), region.chains.end(), [&](const PlaneMesh::Chain& chain) {
+      return chain.front() == *mouth || chain.back() == *mouth;
+    });
+    if (taken) return Refuse("two cuts begin at the same place", "let them begin apart");
+    return *mouth;
+  }
+
+  /// Goes on with a chain, straight to `place` (nearest to where it is, around), in steps of an element, the last point
+  /// excluded. Returns that.
+  Vector2d Continue(PlaneMesh::Chain& chain, Vector2d place, RegionLines& region) const {
+    const Vector2d from = region.points[chain.back()];
+    place.x() += kTurn * std::round((from.x() - place.x()) / kTurn);
+    const double length = StraightLength(body_.segment, from, place);
+    const double count = std::clamp(std::ceil(length / pattern_.element_mm - 1e-9), 1.0, 1e4);
+    for (double step = 1.0; step < count; step += 1.0) {
+      chain.push_back(static_cast<std::uint32_t>(region.points.size()));
+      region.points.emplace_back(from + step / count * (place - from));
+    }
+    return place;
+  }
+
+  /// The same, `place` included.
+  void ContinueTo(PlaneMesh::Chain& chain, const Vector2d& place, RegionLines& region) const {
+    const Vector2d end = Continue(chain, place, region);
+    chain.push_back(static_cast<std::uint32_t>(region.points.size()));
+    region.points.push_back(end);
+  }
+
+  Status AddDart(const PatternDart& dart, const Rim& rim, RegionLines& region) const {
+    const auto mouth = Mouth(dart.line, dart.share, rim, region);
+    if (!mouth) return Fail(mouth);
+    const auto tip = PlaceOn(body_, dart.tip);
+    if (!tip) return Fail(tip);
+    PlaneMesh::Chain chain{*mouth};
+    ContinueTo(chain, *tip, region);
+    region.chains.push_back(std::move(chain));
+    return {};
+  }
+
+  Status AddDivision(const PatternDivision& division, const Rim& rim, RegionLines& region) const {
+    std::array<std::uint32_t, 2> mouths{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto mouth = Mouth(division.ends[k].line, division.ends[k].share, rim, region);
+      if (!mouth) return Fail(mouth);
+      mouths[k] = *mouth;
+    }
+    if (mouths[0] == mouths[1]) return Refuse("a division ends where it begins", "let its ends differ");
+    PlaneMesh::Chain chain{mouths[0]};
+    for (const PatternPlace& place : division.through) {
+      const auto at = PlaceOn(body_, place);
+      if (!at) return Fail(at);
+      ContinueTo(chain, *at, region);
+    }
+    Continue(chain, rim.places[mouths[1]], region);
+    chain.push_back(mouths[1]);
     region.chains.push_back(std::move(chain));
     return {};
   }
@@ -203,28 +254,57 @@ class Cutter {
     }
   }
 
-  /// Finds the rim's sides along each line. Where a dart begins, the side before it has got the copied vertex.
+  void CutDivisions(const RegionLines& region, BodyPiece& made) const {
+    for (std::size_t d = 0; d < piece_.divisions.size(); ++d) {
+      const PlaneMesh::Chain& chain = region.chains[piece_.darts.size() + d];
+      const auto first = static_cast<std::uint32_t>(made.sheet.places.size());
+      made.sheet = CutAlong(std::move(made.sheet), chain, SheetCutEnd::kRim);
+      std::array<PieceDivision, 2> sides{PieceDivision{number_, d, {}}, PieceDivision{number_, d, {}}};
+      for (std::size_t k = 0; k < chain.size(); ++k) {
+        made.theta_z.push_back(region.points[chain[k]]);
+        if (k + 1 == chain.size()) break;
+        const auto copy = static_cast<std::uint32_t>(first + k);
+        sides[0].sides.push_back({copy, copy + 1});
+        sides[1].sides.push_back({chain[k], chain[k + 1]});
+      }
+      for (PieceDivision& side : sides) made.divisions.push_back(std::move(side));
+    }
+  }
+
+  /// Finds the rim's sides along each line. Where a cut begins, the side before it has got the copied vertex; where a
+  /// division ends, the side after it.
   void NameSides(const Rim& rim, BodyPiece& made) const {
     const auto count = static_cast<std::uint32_t>(rim.places.size());
-    std::map<std::uint32_t, std::uint32_t> copies;  // mouth → its copy, at the end of the side before
-    for (const PieceDart& dart : made.darts) copies[dart.legs[1].front()[0]] = dart.legs[0].front()[0];
-    const auto ending = [&](std::uint32_t corner) {
+    using Copies = std::map<std::uint32_t, std::uint32_t>;
+    Copies at_begin;
+    Copies at_end;
+    for (const PieceDart& dart : made.darts) at_begin[dart.legs[1].front()[0]] = dart.legs[0].front()[0];
+    for (std::size_t d = 0; d + 1 < made.divisions.size(); d += 2) {
+      const SideChain& copied = made.divisions[d].sides;
+      const SideChain& kept = made.divisions[d + 1].sides;
+      at_begin[kept.front()[0]] = copied.front()[0];
+      at_end[kept.back()[1]] = copied.back()[1];
+    }
+    const auto of = [](const Copies& copies, std::uint32_t corner) {
       const auto copy = copies.find(corner);
       return copy == copies.end() ? corner : copy->second;
     };
     for (std::size_t k = 0; k < piece_.outline.size(); ++k) {
-      PieceLine line{piece_.outline[k], {}};
+      PieceLine line{piece_.outline[k], 0, lines_[piece_.outline[k].line].shares, {}};
       const auto& corners = rim.corners[k];
       for (std::size_t j = 0; j + 1 < corners.size(); ++j) {
-        const bool along_rim = (corners[j] + 1) % count == corners[j + 1];
-        line.sides.push_back(along_rim ? std::array{corners[j], ending(corners[j + 1])}
-                                       : std::array{ending(corners[j]), corners[j + 1]});
+        const std::uint32_t from = corners[j];
+        const std::uint32_t to = corners[j + 1];
+        const bool along_rim = (from + 1) % count == to;
+        line.sides.push_back(along_rim ? std::array{of(at_end, from), of(at_begin, to)}
+                                       : std::array{of(at_begin, from), of(at_end, to)});
       }
       made.lines.push_back(std::move(line));
     }
   }
 
   const Pattern& pattern_;
+  std::size_t number_;
   const PatternPiece& piece_;
   const std::vector<SampledLine>& lines_;
   const PatternBody& body_;
@@ -232,8 +312,8 @@ class Cutter {
 
 }  // namespace
 
-Result<BodyPiece> CutPiece(const Pattern& pattern, std::size_t piece, const std::vector<SampledLine>& lines,
-                           const PatternBody& body) {
+Result<std::vector<BodyPiece>> CutPiece(const Pattern& pattern, std::size_t piece,
+                                        const std::vector<SampledLine>& lines, const PatternBody& body) {
   return Cutter(pattern, piece, lines, body).Cut();
 }
 

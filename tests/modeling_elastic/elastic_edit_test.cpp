@@ -170,6 +170,96 @@ TEST(ElasticEdit, BandBringsTheGirthThatIsAskedFor) {
   EXPECT_LT(std::abs(edit->volume_after / edit->volume_before - 1.0), 2e-3);
 }
 
+/// A band and a dent.
+ElasticScript BandAndDent() {
+  ElasticScript script;
+  script.region = AllAround(1080.0, 1320.0);
+  script.region->spacing = 8.0;
+  BandLoad band;
+  band.z = 1160.0;
+  band.girth = 905.0;
+  script.bands.push_back(band);
+  script.loads.push_back({{0.3, 1250.0, -4.0, 40.0}, BumpLoad::As::kDisplacement, 0.0});
+  script.girths = {1160.0, 1250.0};
+  return script;
+}
+
+TEST(ElasticEdit, OfALimbBesideTheRingsAxisIsTheSame) {
+  const SurfaceModel trunk = Trunk();
+  SurfaceModel limb = trunk;
+  limb.segments[0].axis.at = {210.0, -60.0};
+  const auto one = EditElastically(trunk, BandAndDent(), {});
+  const auto other = EditElastically(limb, BandAndDent(), {});
+  ASSERT_TRUE(one && other);
+  const Eigen::VectorXd& expected = one->model.main().surface.coefficients();
+  EXPECT_LE((other->model.main().surface.coefficients() - expected).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_NEAR(other->elastic->bands[0].girth_before, one->elastic->bands[0].girth_before, 1e-9);
+  EXPECT_NEAR(other->girths[1].tape_after, one->girths[1].tape_after, 1e-3);
+}
+
+TEST(ElasticEdit, FollowsALimbsBentAxis) {
+  SurfaceModel limb = Trunk();
+  limb.segments[0].axis = {1200.0, {150.0, 20.0}, {0.2, -0.05}, {2e-4, 1e-4}};
+  const auto edit = EditElastically(limb, BandAndDent(), {});
+  ASSERT_TRUE(edit) << edit.error().Text();
+  const ElasticOutcome& outcome = *edit->elastic;
+  EXPECT_EQ(outcome.solution.termination, "converged");
+  const ElasticRegion& region = outcome.region;
+  for (std::size_t stack = 0; stack < region.grid.shape.stacks(); stack += 7) {
+    const Eigen::Vector3d at =
+        limb.main().Point(region.theta[stack % region.grid.shape.columns], region.z[stack / region.grid.shape.columns]);
+    EXPECT_LE((region.grid.nodes[region.SkinNode(stack)] - at).norm(), 1e-9);
+  }
+  for (const FibreState& thread : outcome.solution.fibres) EXPECT_NEAR(thread.length, 905.0, 1e-3);
+  EXPECT_NEAR(outcome.bands[0].girth_after, 905.0, 2.0 * kPi * edit->written->largest_error);
+  // A node's place of rest and its displacement give a point of the written surface.
+  const std::size_t stack = region.grid.shape.columns * 12 + 3;
+  Eigen::Vector3d moved = region.grid.nodes[region.SkinNode(stack)];
+  moved += outcome.solution.displacement[region.SkinNode(stack)];
+  const Eigen::Vector2d from_axis = moved.head<2>() - limb.main().axis.At(moved.z());
+  EXPECT_NEAR(edit->model.main().surface.Radius(std::atan2(from_axis.y(), from_axis.x()), moved.z()), from_axis.norm(),
+              edit->written->largest_error);
+}
+
+TEST(ElasticEdit, LaysATiltedBandAlongTheEllipseOfACylinder) {
+  SurfaceModel model = Trunk();
+  SplineSurface& surface = model.segments[0].surface;
+  surface = SplineSurface(surface.theta_basis(), surface.z_basis(),
+                          Eigen::VectorXd::Constant(surface.coefficients().size(), 100.0));
+  ElasticScript script;
+  script.region = AllAround(1050.0, 1350.0);
+  BandLoad band;
+  const double tilt = 25.0 * kPi / 180.0;
+  band.normal = {0.0, std::sin(tilt), std::cos(tilt)};
+  band.z = 1200.0;
+  // scipy.special: b = 100; a = b/cos(25 deg); 4*a*ellipe(1 - b*b/a/a)
+  constexpr double kEllipse = 661.194772836;
+  band.girth = 0.98 * kEllipse;
+  script.bands.push_back(band);
+  const auto edit = EditElastically(model, script, {});
+  ASSERT_TRUE(edit) << edit.error().Text();
+  EXPECT_NEAR(edit->elastic->bands[0].girth_before, kEllipse, 0.01);
+  EXPECT_EQ(edit->elastic->solution.termination, "converged");
+  EXPECT_LE(edit->elastic->solution.steps, 20);  // Newton's, though the thread couples nodes of different rows
+  for (const FibreState& thread : edit->elastic->solution.fibres) EXPECT_NEAR(thread.length, 0.98 * kEllipse, 1e-3);
+  EXPECT_NEAR(edit->elastic->bands[0].girth_after, 0.98 * kEllipse, 2.0 * kPi * edit->written->largest_error);
+  // The deepest place of the front is where the plane is lowest, that of the back where it is highest.
+  const SplineSurface& after = edit->model.main().surface;
+  const double rise = 100.0 * std::tan(tilt);
+  EXPECT_LT(after.Radius(kPi / 2.0, 1200.0 - rise), 99.5);
+  EXPECT_GT(after.Radius(kPi / 2.0, 1200.0 + rise), 99.5);
+  EXPECT_LT(after.Radius(-kPi / 2.0, 1200.0 + rise), 99.5);
+}
+
+TEST(ElasticEdit, RefusesABandThatWouldSqueezeTheLayerFlat) {
+  ElasticScript script = BandAndDent();
+  script.region->spacing = 16.0;
+  script.bands[0].girth = 790.0;
+  const auto edit = EditElastically(Trunk(), script, {});
+  ASSERT_FALSE(edit);
+  EXPECT_NE(edit.error().Text().find("thicker layer"), std::string::npos) << edit.error().Text();
+}
+
 TEST(ElasticEdit, SaysWhatIsWrong) {
   const SurfaceModel model = Trunk();
   ElasticScript script;

@@ -4,6 +4,9 @@
 
 #include <string>
 
+#include "base/storage.h"
+#include "tests/support/folders.h"
+
 namespace annulus {
 namespace {
 
@@ -51,6 +54,17 @@ TEST(ElasticScript, NamesWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(seen("[]"), "nothing");
   EXPECT_NE(seen("{"), "nothing");
+}
+
+TEST(ElasticScript, TheExamplesOfTheDocumentsAreRead) {
+  PosixStorage storage;
+  for (const char* name : {"bust.json", "waistband.json"}) {
+    const auto text = ReadTextFile(storage, test::SourceFolder() + "/docs/examples/elastic/" + name);
+    ASSERT_TRUE(text) << text.error().Text();
+    const auto script = ElasticScriptFromJson(*text, name);
+    ASSERT_TRUE(script) << script.error().Text();
+    EXPECT_TRUE(script->region);
+  }
 }
 
 }  // namespace

@@ -109,6 +109,29 @@ class Flatten(ProgramTest):
         with open(self.path("tube.dxf"), "rb") as one, open(self.path("tube_2.dxf"), "rb") as other:
             self.assertEqual(one.read(), other.read())
 
+    def test_a_divided_piece_is_sewn_and_its_neighbours_get_notches(self):
+        divided = pattern()
+        divided["pieces"][0]["divisions"] = [{"from": {"line": "seam_0", "share": 0.3},
+                                              "to": {"line": "seam_90", "share": 0.3}, "through": [place(45, 160)]}]
+        self.write("divided.json", json.dumps(divided))
+        report = self.succeeds_json("flatten", "model.json", "--pattern", "divided.json", "--out", "tube.dxf",
+                                    "--save-pattern", "saved.json")
+        self.assertEqual([piece["id"] for piece in report["pieces"]],
+                         ["panel_0.1", "panel_0.2", "panel_90", "panel_180", "panel_270"])
+        division = [seam for seam in report["seams"] if seam["line"] == "panel_0 division 1"]
+        self.assertEqual(division[0]["pieces"], ["panel_0.1", "panel_0.2"])
+        for seam in report["seams"]:
+            self.assertLess(seam["mismatch_mm"], 0.1)
+        lower, upper = (sum(piece["flat_area_mm2"] for piece in report["pieces"] if piece["id"] == part)
+                        for part in ("panel_0.1", "panel_0.2"))
+        self.assertAlmostEqual(lower / (lower + upper), 0.3, delta=0.01)
+        with open(self.path("tube.dxf"), encoding="ascii") as file:
+            entities = read_dxf(file.read())
+        # Four seams with a notch each, on both sides; the division's own; and where it ends on the two neighbours.
+        self.assertEqual(sum(name == "LINE" and dict(values)[8] == "NOTCH" for name, values in entities), 8 + 2 + 2)
+        again = self.succeeds_json("flatten", "model.json", "--pattern", "saved.json")
+        self.assertEqual(again["energy_n_mm"], report["energy_n_mm"])
+
     def test_wrong_input_is_refused(self):
         self.fails("flatten", "model.json", "--pattern", "model.json", naming=("model.json",))
         wrong = pattern()
