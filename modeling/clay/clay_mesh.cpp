@@ -324,24 +324,41 @@ PatchIndex ClayMesh::MakeParent(const std::array<ClayPatch, 4>& part, const Cont
   return made;
 }
 
+std::array<PatchIndex, 4> ClayMesh::QuartersWith(PatchIndex index) const {
+  std::array<PatchIndex, 4> quarters{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+  const std::uint32_t whole = nodes_[patches_[index].node].parent;
+  if (whole == kNoIndex) return quarters;
+  for (std::size_t c = 0; c < 4; ++c) {
+    quarters[c] = nodes_[nodes_[whole].child[c]].patch;
+    if (quarters[c] == kNoIndex) return {kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+  }
+  return quarters;
+}
+
+std::optional<ControlNet> ClayMesh::WholeWith(PatchIndex index, double tolerance) const {
+  const std::array<PatchIndex, 4> child = QuartersWith(index);
+  if (child[0] == kNoIndex) return std::nullopt;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const auto& join = patches_[child[c]].join;
+    if (join[c].kind == Kind::kFiner || join[(c + 3) % 4].kind == Kind::kFiner) return std::nullopt;
+  }
+  std::array<ControlNet, 4> quarter;
+  for (std::size_t c = 0; c < 4; ++c) quarter[c] = patches_[child[c]].net;
+  const ControlNet whole = WholeNet(quarter);
+  if (!(LargestDistance(QuarterNets(whole), quarter) <= tolerance)) return std::nullopt;
+  return whole;
+}
+
 LeafChange ClayMesh::Merge(PatchIndex index, double tolerance) {
   ENSURE(alive(index), "only leaves are merged");
+  const std::optional<ControlNet> whole = WholeWith(index, tolerance);
+  if (!whole) return {};
+  const std::array<PatchIndex, 4> child = QuartersWith(index);
   const std::uint32_t node = nodes_[patches_[index].node].parent;
-  if (node == kNoIndex) return {};
-  std::array<PatchIndex, 4> child{};
   std::array<ClayPatch, 4> part;
-  std::array<ControlNet, 4> quarter;
-  for (std::size_t c = 0; c < 4; ++c) {
-    child[c] = nodes_[nodes_[node].child[c]].patch;
-    if (child[c] == kNoIndex) return {};
-    part[c] = patches_[child[c]];
-    if (part[c].join[c].kind == Kind::kFiner || part[c].join[(c + 3) % 4].kind == Kind::kFiner) return {};
-    quarter[c] = part[c].net;
-  }
-  const ControlNet whole = WholeNet(quarter);
-  if (!(LargestDistance(QuarterNets(whole), quarter) <= tolerance)) return {};
+  for (std::size_t c = 0; c < 4; ++c) part[c] = patches_[child[c]];
 
-  const PatchIndex made = MakeParent(part, whole, node);
+  const PatchIndex made = MakeParent(part, *whole, node);
   JoinParent(made, child);
   LeafChange change{{child.begin(), child.end()}, {made}};
   for (std::uint8_t c = 0; c < 4; ++c) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -124,6 +125,15 @@ class ClayMesh {
   /// Where a vertex stands, mm.
   [[nodiscard]] const Eigen::Vector3d& Position(VertexIndex index) const;
 
+  /// Of the quadtrees.
+  struct Node {
+    std::uint32_t parent = kNoIndex;
+    std::array<std::uint32_t, 4> child{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+    PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
+  };
+  /// The first base_count() are the roots; some may be free.
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+
   /// The leaf that holds an address, and the address's parameters in it. Requires a number below base_count().
   struct Leaf {
     PatchIndex patch = kNoIndex;
@@ -138,6 +148,13 @@ class ClayMesh {
   /// across an outer edge, and the patch made of their outer corners has all their control points within `tolerance`
   /// mm. Else nothing changes.
   LeafChange Merge(PatchIndex index, double tolerance);
+  /// Whether Merge would.
+  [[nodiscard]] bool Merges(PatchIndex index, double tolerance) const { return WholeWith(index, tolerance).has_value(); }
+
+  /// The leaf and the three others that are the quarters of one whole, by corner; all kNoIndex if there is no whole, or
+  /// not all of them are leaves.
+  [[nodiscard]] std::array<PatchIndex, 4> QuartersWith(PatchIndex index) const;
+  [[nodiscard]] PatchIndex FirstQuarter(PatchIndex index) const { return QuartersWith(index)[0]; }
 
   /// Control points of one leaf; what is slaved to them follows only with PullSlaves.
   void SetNet(PatchIndex index, const BezierPatch::ControlNet& net) { patches_[index].net = net; }
@@ -146,12 +163,6 @@ class ClayMesh {
   void PullSlaves(PatchIndex index, const NetOf& net_of, BezierPatch::ControlNet& net) const;
 
  private:
-  struct Node {
-    std::uint32_t parent = kNoIndex;
-    std::array<std::uint32_t, 4> child{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
-    PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
-  };
-
   /// The node of the part, or the leaf's that holds it.
   [[nodiscard]] std::uint32_t NodeToward(const Part& part) const;
   [[nodiscard]] PatchIndex NewPatch();
@@ -164,6 +175,7 @@ class ClayMesh {
   void JoinChildren(const ClayPatch& parent, const std::array<PatchIndex, 4>& child);
   void JoinParent(PatchIndex parent, const std::array<PatchIndex, 4>& child);
   [[nodiscard]] std::array<PatchIndex, 4> MakeChildren(PatchIndex index, const ClayPatch& parent);
+  [[nodiscard]] std::optional<BezierPatch::ControlNet> WholeWith(PatchIndex index, double tolerance) const;
   PatchIndex MakeParent(const std::array<ClayPatch, 4>& part, const BezierPatch::ControlNet& whole, std::uint32_t node);
   void PullNow(PatchIndex index);
 

@@ -132,7 +132,7 @@ struct ClayMask {
 struct ClayPractice {
   bool mirrored = false;        ///< Each act that has a place acts at its image beyond x = 0, too.
   std::vector<ClayMask> masks;  ///< Where they were when the practice began is not remembered: they move with the skin.
-  double merge_mm = 1e-9;       ///< Patches that differ by less from an undivided one are merged.
+  double merge_mm = 1e-11;      ///< Patches that differ by less from an undivided one are merged.
 };
 
 /// What an operation did, mm and mm³.

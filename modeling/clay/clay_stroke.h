@@ -48,6 +48,11 @@ class MaskWeight {
 [[nodiscard]] std::vector<GroupMotion> MotionsOf(const ClayMesh& mesh, const std::vector<VertexIndex>& vertices,
                                                  const ClayField& field, const MaskWeight& mask);
 
+/// Merges what an earlier operation left finer around a place than this one needs it, where that loses next to nothing
+/// (5e-3 of the size that it needs). The volume that this changes is part of this operation's eq. 8. Returns what
+/// ClayBody::Restore takes.
+std::vector<ClayBody::FormerLeaf> CoarsenAround(ClayBody& body, const StrokePlace& place);
+
 /// Refines, deforms, and scales where the stroke says so. The surface is the same as before, if perhaps cut finer, when
 /// it fails.
 Result<ClayChange> Carry(ClayBody& body, const ClayStroke& stroke, const MaskWeight& mask);

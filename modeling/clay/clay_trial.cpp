@@ -20,6 +20,15 @@ const ControlNet& Nothing() {
   return zero;
 }
 
+bool IsNothing(const ControlNet& net) {
+  for (const auto& row : net) {
+    for (const Vector3d& point : row) {
+      if (!point.isZero(0.0)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 ClayTrial::ClayTrial(const ClayMesh& mesh, VisitMarks& marks, const ClayDeformation& deformation)
@@ -27,6 +36,7 @@ ClayTrial::ClayTrial(const ClayMesh& mesh, VisitMarks& marks, const ClayDeformat
   marks_.Begin(mesh.patches().size());
   Move(deformation);
   Slave();
+  for (const ControlNet& net : along_) follows_.push_back(!IsNothing(net));
 }
 
 std::uint32_t ClayTrial::Touch(PatchIndex index) {
@@ -85,12 +95,19 @@ void ClayTrial::Slave() {
 
 Cubic ClayTrial::VolumeAlong(const Vector3d& apex) const {
   Cubic sum;
-  for (std::size_t n = 0; n < touched_.size(); ++n) sum += ConeVolumeAlong(at_[n], along_[n], apex);
+  for (std::size_t n = 0; n < touched_.size(); ++n) {
+    if (follows_[n]) {
+      sum += ConeVolumeAlong(at_[n], along_[n], apex);
+    } else {
+      sum.c[0] += ConeVolume(at_[n], apex);
+    }
+  }
   return sum;
 }
 
 ControlNet ClayTrial::NetAt(std::size_t n, double k) const {
   ControlNet net = at_[n];
+  if (!follows_[n]) return net;
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 4; ++j) net[i][j] += k * along_[n][i][j];
   }

@@ -55,6 +55,8 @@ class ClayTrial {
   [[nodiscard]] const std::vector<PatchIndex>& touched() const { return touched_; }
   /// Σ of the cones of the touched leaves, mm³, as a polynomial of k.
   [[nodiscard]] Cubic VolumeAlong(const Eigen::Vector3d& apex) const;
+  /// Whether k moves the n-th touched leaf.
+  [[nodiscard]] bool Follows(std::size_t n) const { return follows_[n]; }
   /// Net of the n-th touched leaf.
   [[nodiscard]] BezierPatch::ControlNet NetAt(std::size_t n, double k) const;
 
@@ -69,6 +71,7 @@ class ClayTrial {
   std::vector<std::vector<PatchIndex>> by_level_;
   std::vector<BezierPatch::ControlNet> at_;
   std::vector<BezierPatch::ControlNet> along_;
+  std::vector<bool> follows_;
 };
 
 }  // namespace annulus

@@ -152,25 +152,51 @@ bool ShareVertex(const ClayPatch& a, const ClayPatch& b) {
   return false;
 }
 
-/// Pairs of boxes that overlap, by a sweep along the axis of the greatest spread.
-std::vector<std::pair<std::size_t, std::size_t>> OverlappingPairs(const std::vector<AlignedBox3d>& box) {
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+/// Calls `use(a, b)` once for each pair of boxes that overlap: a sweep along the axis of the greatest spread, in strips
+/// across the axis of the next, each of which knows the boxes that the sweep has not left yet.
+template <class Use>
+void ForEachOverlap(const std::vector<AlignedBox3d>& box, Use use) {
+  if (box.empty()) return;
   AlignedBox3d all;
-  for (const AlignedBox3d& one : box) all.extend(one);
-  if (box.empty()) return pairs;
-  Eigen::Index axis = 0;
-  all.sizes().maxCoeff(&axis);
-  std::vector<std::size_t> order(box.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  Vector3d sizes = Vector3d::Zero();
+  for (const AlignedBox3d& one : box) {
+    all.extend(one);
+    sizes += one.sizes();
+  }
+  std::array<Eigen::Index, 3> axis{0, 1, 2};
+  std::sort(axis.begin(), axis.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return all.sizes()[a] > all.sizes()[b]; });
+  const auto [first, second, third] = axis;
+  const double width = 2.0 * sizes[second] / static_cast<double>(box.size());
+  constexpr double kMostStrips = 1000.0;
+  const double low = all.min()[second];
+  const double strips = std::clamp(std::ceil(all.sizes()[second] / width), 1.0, kMostStrips);  // 1 if it is none
+  const double scale = strips / std::max(all.sizes()[second], 1e-300);
+  const auto strip_of = [&](double x) { return static_cast<std::size_t>(std::clamp((x - low) * scale, 0.0, strips - 1.0)); };
+  std::vector<std::uint32_t> order(box.size());
+  std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return box[a].min()[axis] < box[b].min()[axis]; });
-  for (std::size_t a = 0; a < order.size(); ++a) {
-    const AlignedBox3d& own = box[order[a]];
-    for (std::size_t b = a + 1; b < order.size() && box[order[b]].min()[axis] <= own.max()[axis]; ++b) {
-      if (own.intersects(box[order[b]])) pairs.emplace_back(order[a], order[b]);
+            [&, axis = first](std::uint32_t a, std::uint32_t b) { return box[a].min()[axis] < box[b].min()[axis]; });
+  std::vector<std::vector<std::uint32_t>> open(static_cast<std::size_t>(strips));
+  for (const std::uint32_t own : order) {
+    const std::size_t from = strip_of(box[own].min()[second]);
+    for (std::size_t strip = from; strip <= strip_of(box[own].max()[second]); ++strip) {
+      std::vector<std::uint32_t>& here = open[strip];
+      for (std::size_t n = 0; n < here.size();) {
+        const std::uint32_t other = here[n];
+        if (box[other].max()[first] < box[own].min()[first]) {
+          here[n] = here.back();
+          here.pop_back();
+          continue;
+        }
+        // Two that share several strips meet in the first.
+        const bool meets_here = strip == std::max(from, strip_of(box[other].min()[second]));
+        if (meets_here && box[own].intersects(box[other])) use(other, own);
+        ++n;
+      }
+      here.push_back(own);
     }
   }
-  return pairs;
 }
 
 std::uint64_t KeyOf(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -215,55 +241,77 @@ void Embedding::Move(double scale, const Vector3d& shift) {
   shift_ = scale * shift_ + shift;
 }
 
-void Embedding::Place(PatchIndex index, const ControlNet& net) {
-  if (cells_.size() <= index) {
-    cells_.resize(index + 1);
-    box_.resize(index + 1);
-    is_large_.resize(index + 1, false);
+void Embedding::Place(const ClayMesh& mesh, PatchIndex index) {
+  const ClayPatch& leaf = mesh.patch(index);
+  box_.resize(std::max(box_.size(), mesh.nodes().size()));
+  std::uint32_t node = leaf.node;
+  box_[node] = InCells(BoxOf(leaf.net));
+  while (mesh.nodes()[node].parent != kNoIndex) {
+    node = mesh.nodes()[node].parent;
+    AlignedBox3d whole;
+    for (const std::uint32_t child : mesh.nodes()[node].child) whole.extend(box_[child]);
+    if (whole.min() == box_[node].min() && whole.max() == box_[node].max()) return;
+    box_[node] = whole;
   }
-  box_[index] = InCells(BoxOf(net));
-  std::vector<Cell> cells = CellsOf(box_[index]);
-  if (cells == cells_[index] && !cells.empty()) return;
-  Forget(index);
-  cells_[index] = std::move(cells);
-  for (const Cell cell : cells_[index]) leaves_[cell].push_back(index);
-  if (!cells_[index].empty()) return;
-  large_.push_back(index);
-  is_large_[index] = true;
+  PlaceRoot(node);
 }
 
-void Embedding::Remove(PatchIndex index) {
-  Forget(index);
-  box_[index].setEmpty();
+void Embedding::PlaceRoot(std::uint32_t root) {
+  if (cells_.size() <= root) cells_.resize(root + 1);
+  std::vector<Cell> cells = CellsOf(box_[root]);
+  if (cells == cells_[root] && !cells.empty()) return;
+  Forget(root);
+  cells_[root] = std::move(cells);
+  for (const Cell cell : cells_[root]) roots_[cell].push_back(root);
+  if (cells_[root].empty()) large_.push_back(root);
 }
 
-void Embedding::Forget(PatchIndex index) {
-  const auto drop = [index](std::vector<PatchIndex>& from) {
-    from.erase(std::remove(from.begin(), from.end(), index), from.end());
+void Embedding::Forget(std::uint32_t root) {
+  const auto drop = [root](std::vector<std::uint32_t>& from) {
+    from.erase(std::remove(from.begin(), from.end(), root), from.end());
   };
-  for (const Cell cell : cells_[index]) {
-    const auto found = leaves_.find(cell);
+  for (const Cell cell : cells_[root]) {
+    const auto found = roots_.find(cell);
     drop(found->second);
-    if (found->second.empty()) leaves_.erase(found);
+    if (found->second.empty()) roots_.erase(found);
   }
-  cells_[index].clear();
-  if (is_large_[index]) drop(large_);
-  is_large_[index] = false;
+  if (cells_[root].empty()) drop(large_);
 }
 
-std::vector<PatchIndex> Embedding::Near(const AlignedBox3d& box) const {
-  std::vector<PatchIndex> near;
+std::vector<std::uint32_t> Embedding::RootsNear(const AlignedBox3d& box) const {
+  std::vector<std::uint32_t> near;
   const std::vector<Cell> cells = CellsOf(box);
   if (cells.empty()) {
-    for (PatchIndex index = 0; index < box_.size(); ++index) near.push_back(index);
-  } else {
-    near = large_;
-    for (const Cell cell : cells) {
-      const auto found = leaves_.find(cell);
-      if (found != leaves_.end()) near.insert(near.end(), found->second.begin(), found->second.end());
+    near.resize(cells_.size());
+    std::iota(near.begin(), near.end(), 0U);
+    return near;
+  }
+  near = large_;
+  for (const Cell cell : cells) {
+    const auto found = roots_.find(cell);
+    if (found == roots_.end()) continue;
+    for (const std::uint32_t root : found->second) {
+      if (box_[root].intersects(box)) near.push_back(root);
     }
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
+  }
+  std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  return near;
+}
+
+std::vector<PatchIndex> Embedding::Near(const ClayMesh& mesh, const AlignedBox3d& box) const {
+  std::vector<PatchIndex> near;
+  std::vector<std::uint32_t> open = RootsNear(box);
+  while (!open.empty()) {
+    const std::uint32_t node = open.back();
+    open.pop_back();
+    if (!box_[node].intersects(box)) continue;
+    const ClayMesh::Node& here = mesh.nodes()[node];
+    if (here.patch != kNoIndex) {
+      near.push_back(here.patch);
+    } else {
+      open.insert(open.end(), here.child.begin(), here.child.end());
+    }
   }
   return near;
 }
@@ -289,15 +337,16 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
     return fmt::format("patches {} and {} would cross", mesh.patch(touched[n]).base, mesh.patch(other).base);
   };
   for (std::size_t n = 0; n < touched.size(); ++n) {
-    for (const PatchIndex other : Near(box[n])) {
-      if (marks.Has(other) || !box_[other].intersects(box[n])) continue;
+    for (const PatchIndex other : Near(mesh, box[n])) {
+      if (marks.Has(other)) continue;
       if (crosses(n, other, mesh.patch(other).net)) return said(n, other);
     }
   }
-  for (const auto& [a, b] : OverlappingPairs(box)) {
-    if (crosses(a, touched[b], net[b])) return said(a, touched[b]);
-  }
-  return {};
+  std::string trouble;
+  ForEachOverlap(box, [&](std::size_t a, std::size_t b) {
+    if (trouble.empty() && crosses(a, touched[b], net[b])) trouble = said(a, touched[b]);
+  });
+  return trouble;
 }
 
 }  // namespace annulus
