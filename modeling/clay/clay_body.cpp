@@ -102,7 +102,7 @@ void ClayBody::Renew(PatchIndex index) {
 
 void ClayBody::Note(PatchIndex index) {
   // Who has not asked for so long may as well look at all of it.
-  static constexpr std::size_t kMost = 1'000'000;
+  static constexpr std::size_t kMost = 100'000;
   if (log_.size() >= kMost) Forget();
   log_.push_back(index);
 }
@@ -268,7 +268,7 @@ std::vector<ClayBody::FormerLeaf> ClayBody::Coarsen(const std::vector<PatchIndex
     }
     const LeafChange change = mesh_.Merge(first, tolerance);
     Follow(change);
-    open.insert(open.end(), change.made.begin(), change.made.end());
+    open.push_back(change.made.front());
   }
   return former;
 }

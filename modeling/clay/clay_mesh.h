@@ -149,7 +149,9 @@ class ClayMesh {
   /// mm. Else nothing changes.
   LeafChange Merge(PatchIndex index, double tolerance);
   /// Whether Merge would.
-  [[nodiscard]] bool Merges(PatchIndex index, double tolerance) const { return WholeWith(index, tolerance).has_value(); }
+  [[nodiscard]] bool Merges(PatchIndex index, double tolerance) const {
+    return WholeWith(index, tolerance).has_value();
+  }
 
   /// The leaf and the three others that are the quarters of one whole, by corner; all kNoIndex if there is no whole, or
   /// not all of them are leaves.

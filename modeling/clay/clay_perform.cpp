@@ -401,6 +401,14 @@ class Performer {
   ClayReport report_;
 };
 
+/// One stroke is whole or nothing; what consists of several goes back to where it began.
+bool HasSeveralStrokes(const ClayAct& act) {
+  if (const auto* hole = std::get_if<HoleAct>(&act)) return hole->how == HoleAct::How::kMake;
+  if (const auto* line = std::get_if<LineAct>(&act)) return line->how == LineAct::How::kErase;
+  if (const auto* smooth = std::get_if<SmoothAct>(&act)) return smooth->passes > 1;
+  return std::holds_alternative<TearAct>(act);
+}
+
 }  // namespace
 
 Result<ClayReport> Perform(ClayBody& body, const ClayAct& act, const ClayPractice& practice) {
@@ -410,11 +418,8 @@ Result<ClayReport> Perform(ClayBody& body, const ClayAct& act, const ClayPractic
   RETURN_IF_ERROR(masks.Within("merge_mm", practice.merge_mm, 0.0, 1e3).status());
   const double volume = body.volume();
   const double kept = body.kept_volume();
-  // One stroke is whole or nothing; what consists of several goes back to here.
-  const bool several = std::holds_alternative<HoleAct>(act) || std::holds_alternative<TearAct>(act) ||
-                       std::holds_alternative<SmoothAct>(act) || std::holds_alternative<LineAct>(act);
   std::optional<ClayBody> safe;
-  if (several) safe = body;
+  if (HasSeveralStrokes(act)) safe = body;
   Performer performer(body, practice);
   const Status done = std::visit(performer, act);
   if (!done && safe) body = std::move(*safe);

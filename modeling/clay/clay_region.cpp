@@ -65,8 +65,7 @@ ClayRegion WholeBody(const ClayMesh& mesh) {
 
 Status RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& centre, double radius, double size) {
   const std::size_t most = body.mesh().leaf_count() + kMostMade;
-  std::vector<PatchIndex> open =
-      RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius).patches;
+  std::vector<PatchIndex> open = RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius).patches;
   for (std::size_t n = 0; n < open.size(); ++n) {
     // One that was cut with a finer one may be no more, or another that was made.
     if (!body.mesh().alive(open[n]) || body.mesh().patch(open[n]).level >= kDeepest) continue;

@@ -164,15 +164,16 @@ void ForEachOverlap(const std::vector<AlignedBox3d>& box, Use use) {
     sizes += one.sizes();
   }
   std::array<Eigen::Index, 3> axis{0, 1, 2};
-  std::sort(axis.begin(), axis.end(),
-            [&](Eigen::Index a, Eigen::Index b) { return all.sizes()[a] > all.sizes()[b]; });
+  std::sort(axis.begin(), axis.end(), [&](Eigen::Index a, Eigen::Index b) { return all.sizes()[a] > all.sizes()[b]; });
   const auto [first, second, third] = axis;
   const double width = 2.0 * sizes[second] / static_cast<double>(box.size());
   constexpr double kMostStrips = 1000.0;
   const double low = all.min()[second];
   const double strips = std::clamp(std::ceil(all.sizes()[second] / width), 1.0, kMostStrips);  // 1 if it is none
   const double scale = strips / std::max(all.sizes()[second], 1e-300);
-  const auto strip_of = [&](double x) { return static_cast<std::size_t>(std::clamp((x - low) * scale, 0.0, strips - 1.0)); };
+  const auto strip_of = [&](double x) {
+    return static_cast<std::size_t>(std::clamp((x - low) * scale, 0.0, strips - 1.0));
+  };
   std::vector<std::uint32_t> order(box.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(),
@@ -336,7 +337,8 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
   const auto said = [&](std::size_t n, PatchIndex other) {
     return fmt::format("patches {} and {} would cross", mesh.patch(touched[n]).base, mesh.patch(other).base);
   };
-  for (std::size_t n = 0; n < touched.size(); ++n) {
+  const bool all = touched.size() == mesh.leaf_count();
+  for (std::size_t n = 0; n < touched.size() && !all; ++n) {
     for (const PatchIndex other : Near(mesh, box[n])) {
       if (marks.Has(other)) continue;
       if (crosses(n, other, mesh.patch(other).net)) return said(n, other);
