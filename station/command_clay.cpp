@@ -89,7 +89,8 @@ Json JoinsJson(const ClayMesh& mesh) {
   const ClayJoinQuality quality = MeasureJoins(mesh);
   return {{"largest_gap_mm", quality.largest_gap_mm},
           {"largest_kink_rad", quality.largest_kink_rad},
-          {"largest_kink_elsewhere_rad", quality.largest_kink_elsewhere_rad}};
+          {"largest_kink_elsewhere_rad", quality.largest_kink_elsewhere_rad},
+          {"largest_kink_not_c1_rad", quality.largest_kink_not_c1_rad}};
 }
 
 Json ReportJson(const std::string& name, const ClayReport& report, const ClayGirths& girths) {

@@ -106,6 +106,29 @@ TEST(ClayBody, RefusesWhatWouldCrossAndStaysAsItWas) {
   EXPECT_NEAR(body.Point({21, 0.0, 0.0}).z(), 0.0, 1e-15);
 }
 
+/// Nets of all leaves, in order.
+std::vector<BezierPatch::ControlNet> NetsOf(const ClayBody& body) {
+  std::vector<BezierPatch::ControlNet> nets;
+  for (const PatchIndex leaf : body.mesh().LeavesInOrder()) nets.push_back(body.mesh().patch(leaf).net);
+  return nets;
+}
+
+TEST(ClayBody, CoarsensWithinItsToleranceAndRestoresToTheBit) {
+  ClayBody body = Body(test::RoundBlock());
+  ASSERT_TRUE(Carry(body, DentStroke(body, 0.05, 1.0, 2.0), MaskWeight(body, {})));
+  const auto before = NetsOf(body);
+  const double volume = body.volume();
+  const Vector3d place = body.Point({21, 0.3, 0.2});
+  const auto former = body.Coarsen(WholeBody(body.mesh()).patches, 0.6, 0.02);
+  EXPECT_LT(body.mesh().leaf_count(), before.size());
+  EXPECT_EQ(test::Unsound(body.mesh(), 1e-9), "");
+  EXPECT_NE(body.volume(), volume);
+  EXPECT_LE((body.Point({21, 0.3, 0.2}) - place).norm(), 0.03);
+  body.Restore(former);
+  EXPECT_EQ(NetsOf(body), before);
+  EXPECT_NEAR(body.volume(), volume, 1e-14 * volume);
+}
+
 TEST(ClayBody, RefusesWhatNothingTakesUp) {
   ClayBody body = Body(ClayBlock());
   ClayStroke stroke = DentStroke(body, 0.2, 1.0, 2.0);

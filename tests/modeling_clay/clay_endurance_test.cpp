@@ -103,7 +103,7 @@ TEST(ClayEndurance, TenThousandOfAllKindsKeepTheVolumeAndTheSkin) {
     ASSERT_LE(std::abs(report->volume_after_mm3 / start - 1.0), 1e-12) << NameOf(act) << ", number " << done;
     worst = std::max(worst, std::abs(report->volume_after_mm3 / start - 1.0));
     most_leaves = std::max(most_leaves, report->patches);
-    if (done % 100 != 0) continue;
+    if (done % 250 != 0) continue;
     const test::JoinErrors errors = test::MeasureLeafJoins(body->mesh());
     ASSERT_LE(errors.gap, 1e-9) << done;
     ASSERT_LE(errors.kink, 1e-6) << done;

@@ -28,6 +28,9 @@ class Clay(ProgramTest):
             self.assertAlmostEqual(one["volume_after_mm3"], 108.0, delta=1e-10)
             self.assertEqual(one["moved_mm3"], 0)
             self.assertGreater(one["k"], 0)
+        self.assertLessEqual(report["joins"]["largest_gap_mm"], 1e-9)
+        self.assertLessEqual(report["joins"]["largest_kink_rad"], 1e-6)
+        self.assertLessEqual(report["joins"]["largest_kink_elsewhere_rad"], 1e-3)
 
     def test_the_teapot_says_that_its_volume_is_signed(self):
         report = self.report("--in", "teapot")
