@@ -84,11 +84,13 @@ double ClayBody::Area() const {
 
 Vector3d ClayBody::Point(const ClayAddress& address) const {
   const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  ENSURE(leaf.patch != kNoIndex, "an address is on the skin");
   return BezierPatch(mesh_.patch(leaf.patch).net).Point(leaf.u, leaf.v);
 }
 
 Vector3d ClayBody::Normal(const ClayAddress& address) const {
   const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  ENSURE(leaf.patch != kNoIndex, "an address is on the skin");
   return BezierPatch(mesh_.patch(leaf.patch).net).Normal(leaf.u, leaf.v);
 }
 
@@ -149,7 +151,7 @@ void ClayBody::Commit(const ClayTrial& trial, double k) {
   for (std::size_t n = 0; n < touched.size(); ++n) mesh_.SetNet(touched[n], trial.NetAt(n, k));
   // Slaved once more, from what was rounded; coarser leaves first.
   std::stable_sort(touched.begin(), touched.end(),
-                   [this](PatchIndex a, PatchIndex b) { return mesh_.patch(a).level < mesh_.patch(b).level; });
+                   [this](PatchIndex a, PatchIndex b) { return mesh_.patch(a).rank < mesh_.patch(b).rank; });
   const auto net_of = [this](PatchIndex index) -> const ControlNet& { return mesh_.patch(index).net; };
   for (const PatchIndex index : touched) {
     ControlNet net = mesh_.patch(index).net;
@@ -231,6 +233,15 @@ std::vector<PatchIndex> ClayBody::Split(PatchIndex index) {
   LeafChange change = mesh_.Split(index);
   Follow(change);
   return std::move(change.made);
+}
+
+Status ClayBody::OpenHole(const ClayMesh::Hole& hole) {
+  const auto change = mesh_.OpenHole(hole);
+  if (!change) return Fail(change);
+  Follow(*change);
+  std::string trouble = embedding_.TroubleOf(mesh_, change->made);
+  if (trouble.empty()) return {};
+  return Fail("make a hole through the clay", std::move(trouble), "hold the tool in another direction");
 }
 
 std::vector<PatchIndex> ClayBody::FirstQuartersOf(const std::vector<PatchIndex>& leaves) const {

@@ -68,6 +68,10 @@ class ClayBody {
   /// `tolerance` mm of the whole's. Returns how many leaves there are less.
   std::size_t MergeTouched(double tolerance);
 
+  /// ClayMesh::OpenHole; kept_volume() stays, for ScaleToKept or the next kKept deformation to restore. Fails also if
+  /// the hole's wall would cross the skin or itself; the body is then to be thrown away.
+  Status OpenHole(const ClayMesh::Hole& hole);
+
   /// A leaf as it was.
   struct FormerLeaf {
     ClayMesh::Part part;

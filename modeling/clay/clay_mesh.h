@@ -52,6 +52,7 @@ struct ClayPatch {
   std::uint32_t level = 0;
   std::uint32_t column = 0;
   std::uint32_t row = 0;
+  std::uint32_t rank = 0;         ///< A leaf is slaved to leaves of a lower one only: its level, more in a hole.
   std::uint32_t node = kNoIndex;  ///< Of the tree; kNoIndex: the slot is free.
 };
 
@@ -102,7 +103,28 @@ class ClayMesh {
   /// A mesh without places yet: all control points are 0. Fails if a join does not go both ways, or joins corners that
   /// are not the same.
   static Result<ClayMesh> Joined(const std::vector<Base>& bases);
+  /// Those that the body was made of, without the holes' walls.
   [[nodiscard]] std::vector<Base> Bases() const { return roots_; }
+
+  /// A hole from one leaf to another, which are no more: its wall is of new base patches, `segments` rings of four one
+  /// after the other, the first with the edges of `entry`: patch first_wall + 4·ring + edge, u along the edge and v
+  /// inwards. Edge e of `entry` lies over edge turn − e (mod 4) of `exit`.
+  struct Hole {
+    Part entry;
+    Part exit;
+    std::uint32_t turn = 0;
+    std::uint32_t segments = 1;
+  };
+  /// Makes a hole with straight walls; coarser leaves around its ends are cut first. Fails, with the mesh as it was, if
+  /// an end is not a leaf, or they are not of one rank, touch each other or have a pole.
+  Result<LeafChange> OpenHole(const Hole& hole);
+  /// In the order in which they were made.
+  [[nodiscard]] const std::vector<Hole>& holes() const { return holes_; }
+  /// The number of the hole that has taken out an address; holes().size() if none has.
+  [[nodiscard]] std::size_t HoleAt(const ClayAddress& address) const;
+  /// Number of the first base patch of a hole's wall.
+  [[nodiscard]] std::uint32_t FirstWall(std::size_t hole) const;
+
   /// Leaves by base patch, and in it by quarters in the order of its corners.
   [[nodiscard]] std::vector<PatchIndex> LeavesInOrder() const;
   /// The leaf that is just this part; kNoIndex: there is none.
@@ -113,7 +135,7 @@ class ClayMesh {
   /// Splits until the part is a leaf or lies in leaves.
   void SplitTo(const Part& part);
 
-  [[nodiscard]] std::size_t base_count() const { return bases_; }
+  [[nodiscard]] std::size_t base_count() const { return roots_.size() + wall_nodes_.size(); }
   /// Leaves there are.
   [[nodiscard]] std::size_t leaf_count() const { return leaves_; }
   /// Slots of leaves: some may be free (ClayPatch::node == kNoIndex).
@@ -131,10 +153,11 @@ class ClayMesh {
     std::array<std::uint32_t, 4> child{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
     PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
   };
-  /// The first base_count() are the roots; some may be free.
+  /// Some may be free; one without parent is a base patch's; one without leaf and children was taken out by a hole.
   [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// The leaf that holds an address, and the address's parameters in it. Requires a number below base_count().
+  /// The leaf that holds an address, and the address's parameters in it; kNoIndex if a hole has taken it out. Requires
+  /// a number below base_count().
   struct Leaf {
     PatchIndex patch = kNoIndex;
     double u = 0.0;
@@ -165,7 +188,11 @@ class ClayMesh {
   void PullSlaves(PatchIndex index, const NetOf& net_of, BezierPatch::ControlNet& net) const;
 
  private:
-  /// The node of the part, or the leaf's that holds it.
+  [[nodiscard]] std::uint32_t RootOf(std::uint32_t base) const {
+    return base < roots_.size() ? base : wall_nodes_[base - roots_.size()];
+  }
+  [[nodiscard]] bool HasChildren(const Node& node) const { return node.child[0] != kNoIndex; }
+  /// The node of the part, or that of the leaf or of the hole that it lies in.
   [[nodiscard]] std::uint32_t NodeToward(const Part& part) const;
   [[nodiscard]] PatchIndex NewPatch();
   [[nodiscard]] VertexIndex NewVertex();
@@ -180,13 +207,19 @@ class ClayMesh {
   [[nodiscard]] std::optional<BezierPatch::ControlNet> WholeWith(PatchIndex index, double tolerance) const;
   PatchIndex MakeParent(const std::array<ClayPatch, 4>& part, const BezierPatch::ControlNet& whole, std::uint32_t node);
   void PullNow(PatchIndex index);
+  void SplitCoarserAround(PatchIndex index, LeafChange& change);
+  std::vector<PatchIndex> MakeWall(const Hole& hole, const ClayPatch& entry, const ClayPatch& exit);
+  void JoinWall(const Hole& hole, const std::vector<PatchIndex>& wall, const ClayPatch& entry, const ClayPatch& exit);
+  void TakeOver(const ClayJoin& join, PatchIndex wall, std::uint8_t edge);
+  void TakeOut(PatchIndex index);
 
-  std::size_t bases_ = 0;
   std::vector<Base> roots_;  ///< As they were joined.
   std::size_t leaves_ = 0;
   std::vector<ClayPatch> patches_;
   std::vector<ClayVertex> vertices_;
-  std::vector<Node> nodes_;  ///< The first base_count() are the roots.
+  std::vector<Node> nodes_;                ///< The first are those of the patches of which the body was made.
+  std::vector<std::uint32_t> wall_nodes_;  ///< Of the holes' walls.
+  std::vector<Hole> holes_;
   std::vector<PatchIndex> free_patches_;
   std::vector<VertexIndex> free_vertices_;
   std::vector<std::uint32_t> free_nodes_;

@@ -37,9 +37,12 @@ struct PushAct {
 };
 
 /// 穴をあける・ひろげる・閉じる: finger, spatula. Make: a dent as deep as `depth_mm`, steep and flat at its bottom, in
-/// steps of half its radius. Widen and close: a hole that is there, to `factor` times its radius.
+/// steps of half its radius. Through: to the far side, along the direction, with four straight walls that leave as much
+/// room as the tool's circle; the skin has edges there. Its middle is that of the leaf which holds the address. Widen
+/// and close: a hole that is there, to `factor` times its radius; one that goes through is held by a place that it has
+/// taken out. It is not filled.
 struct HoleAct {
-  enum class How { kMake, kWiden, kClose };
+  enum class How { kMake, kThrough, kWiden, kClose };
   ToolHold hold;
   How how = How::kMake;
   double depth_mm = 10.0;

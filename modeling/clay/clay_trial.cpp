@@ -46,9 +46,9 @@ std::uint32_t ClayTrial::Touch(PatchIndex index) {
   touched_.push_back(index);
   at_.push_back(mesh_.patch(index).net);
   along_.push_back(Nothing());
-  const std::size_t level = mesh_.patch(index).level;
-  if (by_level_.size() <= level) by_level_.resize(level + 1);
-  by_level_[level].push_back(index);
+  const std::size_t rank = mesh_.patch(index).rank;
+  if (by_rank_.size() <= rank) by_rank_.resize(rank + 1);
+  by_rank_[rank].push_back(index);
   return slot;
 }
 
@@ -77,10 +77,10 @@ void ClayTrial::Slave() {
   const auto along = [this](PatchIndex index) -> const ControlNet& {
     return marks_.Has(index) ? along_[marks_.Slot(index)] : Nothing();
   };
-  // A finer leaf is slaved to coarser ones only: level by level all of them are what they will be.
-  for (std::size_t level = 0; level < by_level_.size(); ++level) {
-    for (std::size_t n = 0; n < by_level_[level].size(); ++n) {
-      const PatchIndex index = by_level_[level][n];
+  // A finer leaf is slaved to coarser ones only: rank by rank all of them are what they will be.
+  for (std::size_t rank = 0; rank < by_rank_.size(); ++rank) {
+    for (std::size_t n = 0; n < by_rank_[rank].size(); ++n) {
+      const PatchIndex index = by_rank_[rank][n];
       const std::uint32_t slot = marks_.Slot(index);
       mesh_.PullSlaves(index, at, at_[slot]);
       mesh_.PullSlaves(index, along, along_[slot]);

@@ -68,7 +68,7 @@ class ClayTrial {
   const ClayMesh& mesh_;
   VisitMarks& marks_;
   std::vector<PatchIndex> touched_;
-  std::vector<std::vector<PatchIndex>> by_level_;
+  std::vector<std::vector<PatchIndex>> by_rank_;
   std::vector<BezierPatch::ControlNet> at_;
   std::vector<BezierPatch::ControlNet> along_;
   std::vector<bool> follows_;

@@ -279,12 +279,13 @@ void Embedding::Forget(std::uint32_t root) {
   if (cells_[root].empty()) drop(large_);
 }
 
-std::vector<std::uint32_t> Embedding::RootsNear(const AlignedBox3d& box) const {
+std::vector<std::uint32_t> Embedding::RootsNear(const ClayMesh& mesh, const AlignedBox3d& box) const {
   std::vector<std::uint32_t> near;
   const std::vector<Cell> cells = CellsOf(box);
   if (cells.empty()) {
-    near.resize(cells_.size());
-    std::iota(near.begin(), near.end(), 0U);
+    for (std::uint32_t node = 0; node < box_.size(); ++node) {
+      if (mesh.nodes()[node].parent == kNoIndex) near.push_back(node);
+    }
     return near;
   }
   near = large_;
@@ -302,7 +303,7 @@ std::vector<std::uint32_t> Embedding::RootsNear(const AlignedBox3d& box) const {
 
 std::vector<PatchIndex> Embedding::Near(const ClayMesh& mesh, const AlignedBox3d& box) const {
   std::vector<PatchIndex> near;
-  std::vector<std::uint32_t> open = RootsNear(box);
+  std::vector<std::uint32_t> open = RootsNear(mesh, box);
   while (!open.empty()) {
     const std::uint32_t node = open.back();
     open.pop_back();
@@ -310,11 +311,23 @@ std::vector<PatchIndex> Embedding::Near(const ClayMesh& mesh, const AlignedBox3d
     const ClayMesh::Node& here = mesh.nodes()[node];
     if (here.patch != kNoIndex) {
       near.push_back(here.patch);
-    } else {
+    } else if (here.child[0] != kNoIndex) {
       open.insert(open.end(), here.child.begin(), here.child.end());
     }
   }
   return near;
+}
+
+std::string Embedding::TroubleOf(const ClayMesh& mesh, const std::vector<PatchIndex>& leaves) const {
+  for (const PatchIndex leaf : leaves) {
+    if (!mesh.alive(leaf)) continue;
+    const ClayPatch& own = mesh.patch(leaf);
+    for (const PatchIndex other : Near(mesh, InCells(BoxOf(own.net)))) {
+      if (other == leaf || ShareVertex(own, mesh.patch(other)) || !Cross(own.net, mesh.patch(other).net)) continue;
+      return fmt::format("patches {} and {} would cross", own.base, mesh.patch(other).base);
+    }
+  }
+  return {};
 }
 
 std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, const ClayTrial& trial, double k) const {

@@ -32,6 +32,8 @@ class Embedding {
   /// triangles) and did not before.
   [[nodiscard]] std::string Trouble(const ClayMesh& mesh, const VisitMarks& marks, const ClayTrial& trial,
                                     double k) const;
+  /// Whether one of these leaves crosses another that it has no vertex with; empty: none does.
+  [[nodiscard]] std::string TroubleOf(const ClayMesh& mesh, const std::vector<PatchIndex>& leaves) const;
 
  private:
   using Cell = std::uint64_t;
@@ -41,7 +43,7 @@ class Embedding {
   void Forget(std::uint32_t root);
   [[nodiscard]] std::vector<Cell> CellsOf(const Eigen::AlignedBox3d& box) const;
   /// Base patches whose box may meet this one, each once.
-  [[nodiscard]] std::vector<std::uint32_t> RootsNear(const Eigen::AlignedBox3d& box) const;
+  [[nodiscard]] std::vector<std::uint32_t> RootsNear(const ClayMesh& mesh, const Eigen::AlignedBox3d& box) const;
   /// Leaves whose box meets this one, each once.
   [[nodiscard]] std::vector<PatchIndex> Near(const ClayMesh& mesh, const Eigen::AlignedBox3d& box) const;
 
@@ -53,7 +55,7 @@ class Embedding {
   Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
   std::unordered_map<Cell, std::vector<std::uint32_t>> roots_;
   std::vector<std::uint32_t> large_;
-  std::vector<std::vector<Cell>> cells_;  ///< Of each base patch; empty: it is among the large ones.
+  std::vector<std::vector<Cell>> cells_;  ///< Of each base patch's node; empty: it is among the large ones.
   std::vector<Eigen::AlignedBox3d> box_;  ///< Of each node of the quadtrees, in the space of the cells.
 };
 
