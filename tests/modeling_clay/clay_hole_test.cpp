@@ -172,7 +172,7 @@ constexpr const char* kScript = R"({"operations": [
   {"op": "hole", "through": true, "patch": 14, "u": 0.4, "v": 0.4, "radius_mm": 0.4},
   {"op": "knead", "amplitude_mm": 0.1, "wavelength_mm": 4},
   {"op": "hole", "through": true, "patch": 27, "u": 0.6, "v": 0.7, "radius_mm": 0.4, "direction": [0.1, 0, -1]},
-  {"op": "push", "patch": 150, "depth_mm": 0.05, "radius_mm": 0.5}]})";
+  {"op": "push", "patch": 150, "depth_mm": 0.02, "radius_mm": 0.2}]})";
 
 ClayFile Pierced() {
   ClayFile file{std::move(*ClayBody::Make(ClayBlock())), {kScript}};
