@@ -100,6 +100,7 @@ Result<ClayChange> Deform(ClayBody& body, const ClayStroke& stroke, const MaskWe
 }  // namespace
 
 std::vector<ClayBody::FormerLeaf> CoarsenAround(ClayBody& body, const StrokePlace& place) {
+  if (place.leaf_mm > place.radius_mm) return {};
   const PatchIndex start = body.mesh().Locate(place.at).patch;
   const ClayRegion region = RegionAround(body.mesh(), start, place.centre, place.radius_mm);
   return body.Coarsen(region.patches, place.leaf_mm, kDetail * place.leaf_mm);

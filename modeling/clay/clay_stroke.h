@@ -12,7 +12,8 @@
 
 namespace annulus {
 
-/// Where a stroke acts: the skin around an address that hangs together with it, cut to leaves no larger than `leaf_mm`.
+/// Where a stroke acts: the skin around an address that hangs together with it, cut to leaves no larger than `leaf_mm`;
+/// if that is more than the radius, it stays cut as it is.
 struct StrokePlace {
   ClayAddress at;
   Eigen::Vector3d centre;
