@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "base/ensure.h"
@@ -242,6 +243,44 @@ Status ClayBody::OpenHole(const ClayMesh::Hole& hole) {
   std::string trouble = embedding_.TroubleOf(mesh_, change->made);
   if (trouble.empty()) return {};
   return Fail("make a hole through the clay", std::move(trouble), "hold the tool in another direction");
+}
+
+void ClayBody::MergeAroundHole(std::size_t hole) {
+  const std::uint32_t first = mesh_.FirstWall(hole);
+  const std::uint32_t end = first + 4 * mesh_.holes()[hole].segments;
+  Eigen::AlignedBox3d above;
+  Eigen::AlignedBox3d below;
+  for (std::uint32_t e = 0; e < 4; ++e) {
+    above.extend(Point({first + e, 0.0, 0.0}));
+    below.extend(Point({end - 4 + e, 0.0, 1.0}));
+  }
+  const std::uint32_t rank = mesh_.patch(mesh_.Locate({first, 0.0, 0.0}).patch).rank -
+                             mesh_.patch(mesh_.Locate({first, 0.0, 0.0}).patch).level;
+  const auto in_the_way = [&](const ClayPatch& leaf) {
+    if (leaf.base >= first && leaf.base < end) return leaf.level > 0;
+    const Eigen::AlignedBox3d box = BoxOf(leaf.net);
+    return leaf.rank > rank + 1 && (box.squaredExteriorDistance(above.center()) < above.diagonal().squaredNorm() ||
+                                    box.squaredExteriorDistance(below.center()) < below.diagonal().squaredNorm());
+  };
+  for (bool merged = true; merged;) {
+    merged = false;
+    for (PatchIndex index = 0; index < mesh_.patches().size(); ++index) {
+      if (!mesh_.alive(index) || !in_the_way(mesh_.patch(index))) continue;
+      const LeafChange change = mesh_.Merge(index, std::numeric_limits<double>::infinity());
+      merged = merged || !change.made.empty();
+      Follow(change);
+    }
+  }
+}
+
+Status ClayBody::FillHole(std::size_t hole) {
+  MergeAroundHole(hole);
+  const auto change = mesh_.FillHole(hole);
+  if (!change) return Fail(change);
+  Follow(*change);
+  std::string trouble = embedding_.TroubleOf(mesh_, change->made);
+  if (trouble.empty()) return {};
+  return Fail("fill a hole through the clay", std::move(trouble), "go back in the history to before it was made");
 }
 
 std::vector<PatchIndex> ClayBody::FirstQuartersOf(const std::vector<PatchIndex>& leaves) const {

@@ -72,6 +72,10 @@ class ClayBody {
   /// the hole's wall would cross the skin or itself; the body is then to be thrown away.
   Status OpenHole(const ClayMesh::Hole& hole);
 
+  /// ClayMesh::FillHole, after merging what cuts the hole's wall, whatever that changes; kept_volume() stays. Fails
+  /// also if what fills it would cross the skin; the body is then to be thrown away.
+  Status FillHole(std::size_t hole);
+
   /// A leaf as it was.
   struct FormerLeaf {
     ClayMesh::Part part;
@@ -95,6 +99,7 @@ class ClayBody {
   void Renew(PatchIndex index);
   void Note(PatchIndex index);
   void Forget();
+  void MergeAroundHole(std::size_t hole);
   void Follow(const LeafChange& change);
   /// Of every whole of which four leaves with one of these are the quarters: the first of them.
   [[nodiscard]] std::vector<PatchIndex> FirstQuartersOf(const std::vector<PatchIndex>& leaves) const;

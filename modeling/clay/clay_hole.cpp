@@ -158,6 +158,17 @@ Result<ClayMesh::Hole> PlanHole(ClayBody& body, const ClayAddress& at, const Vec
               "hold the tool more upright, or in another place");
 }
 
+bool HasWholeRims(const ClayMesh& mesh, std::size_t hole) {
+  const std::uint32_t wall = mesh.FirstWall(hole);
+  const std::uint32_t rings = mesh.holes()[hole].segments;
+  const std::uint32_t last = wall + 4 * (rings - 1);
+  const auto there = [&mesh](const ClayAddress& at) { return mesh.Locate(at).patch != kNoIndex; };
+  for (std::uint32_t e = 0; e < 4; ++e) {
+    if (!there({wall + e, 0.0, 0.0}) || !there({last + e, 0.0, 1.0})) return false;
+  }
+  return there({wall, 0.5, 0.0}) && there({wall + 4 * (rings / 2), 0.5, 0.5}) && there({last, 0.5, 1.0});
+}
+
 HoleLine LineOf(const ClayBody& body, std::size_t hole) {
   const std::uint32_t wall = body.mesh().FirstWall(hole);
   const std::uint32_t rings = body.mesh().holes()[hole].segments;

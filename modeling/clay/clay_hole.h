@@ -19,6 +19,9 @@ struct HoleLine {
   double radius_mm = 0.0;           ///< Of the circle that is as large as its narrower end, seen along the line.
   ClayAddress first, middle, last;  ///< On its wall.
 };
+/// Requires one whose rims and wall no other hole has cut: HasWholeRims.
 [[nodiscard]] HoleLine LineOf(const ClayBody& body, std::size_t hole);
+
+[[nodiscard]] bool HasWholeRims(const ClayMesh& mesh, std::size_t hole);
 
 }  // namespace annulus

@@ -132,6 +132,9 @@ class Reader {
       mesh.SplitTo(hole.entry);
       mesh.SplitTo(hole.exit);
       if (const auto opened = mesh.OpenHole(hole); !opened) Refuse(where + ": " + opened.error().seen);
+      if (!holes[n].contains("filled")) continue;
+      if (holes[n].at("filled") != Json(true)) Refuse(where + ".filled is not true");
+      if (const auto filled = mesh.FillHole(n); !filled) Refuse(where + ": " + filled.error().seen);
     }
   }
 
@@ -193,6 +196,7 @@ std::string ClayToJson(const ClayFile& file) {
   for (const ClayMesh::Hole& hole : mesh.holes()) {
     holes.push_back(
         {{"entry", part(hole.entry)}, {"exit", part(hole.exit)}, {"turn", hole.turn}, {"segments", hole.segments}});
+    if (hole.filled) holes.back()["filled"] = true;
   }
   Json history = Json::array();
   for (const std::string& script : file.scripts) history.push_back(Json::parse(script));

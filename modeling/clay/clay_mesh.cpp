@@ -344,8 +344,9 @@ std::optional<ControlNet> ClayMesh::WholeWith(PatchIndex index, double tolerance
     const auto& join = patches_[child[c]].join;
     if (join[c].kind == Kind::kFiner || join[(c + 3) % 4].kind == Kind::kFiner) return std::nullopt;
     // The rim of a hole does not begin in the middle of an edge: nothing would hold all that meets there together.
-    const VertexIndex middle = patches_[child[c]].vertex[(c + 1) % 4];
-    if (join[c].kind == Kind::kEqual && vertices_[middle].corners.size() != 4) return std::nullopt;
+    if (join[c].kind == Kind::kEqual && vertices_[patches_[child[c]].vertex[(c + 1) % 4]].rim) return std::nullopt;
+    // Where a hole was filled the whole would not be C1 as its joins say.
+    if (!join[(c + 1) % 4].smooth || join[c].smooth != patches_[child[(c + 1) % 4]].join[c].smooth) return std::nullopt;
   }
   std::array<ControlNet, 4> quarter;
   for (std::size_t c = 0; c < 4; ++c) quarter[c] = patches_[child[c]].net;

@@ -67,6 +67,7 @@ struct PatchCorner {
 struct ClayVertex {
   std::vector<PatchCorner> corners;
   bool hanging = false;  ///< In the middle of a coarser patch's edge.
+  bool rim = false;      ///< Of a hole, or of one that was: never in the middle of an edge.
 };
 
 /// Leaves that are no more, and leaves that are new or have new control points; a slot may be in both.
@@ -114,10 +115,14 @@ class ClayMesh {
     Part exit;
     std::uint32_t turn = 0;
     std::uint32_t segments = 1;
+    bool filled = false;  ///< Both leaves are back, the wall is no more.
   };
   /// Makes a hole with straight walls; coarser leaves around its ends are cut first. Fails, with the mesh as it was, if
   /// an end is not a leaf, or they are not of one rank, touch each other or have a pole.
   Result<LeafChange> OpenHole(const Hole& hole);
+  /// Fills a hole: leaves that its rims' edges bound, no longer C1 with their neighbours. Fails, with the mesh as it
+  /// was, if a part of its wall is not a leaf of level 0, or it is filled.
+  Result<LeafChange> FillHole(std::size_t hole);
   /// In the order in which they were made.
   [[nodiscard]] const std::vector<Hole>& holes() const { return holes_; }
   /// The number of the hole that has taken out an address; holes().size() if none has.
@@ -212,6 +217,7 @@ class ClayMesh {
   void JoinWall(const Hole& hole, const std::vector<PatchIndex>& wall, const ClayPatch& entry, const ClayPatch& exit);
   void TakeOver(const ClayJoin& join, PatchIndex wall, std::uint8_t edge);
   void TakeOut(PatchIndex index);
+  PatchIndex PutBack(const Part& part, std::uint32_t rank);
 
   std::vector<Base> roots_;  ///< As they were joined.
   std::size_t leaves_ = 0;

@@ -53,6 +53,17 @@ ControlNet StraightWall(const ClayPatch& entry, std::size_t edge, const ClayPatc
   return net;
 }
 
+/// The inner points that leave no twist at the corners.
+void WithoutTwist(ControlNet& net) {
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const auto at = [&](std::size_t along, std::size_t inward) -> Vector3d& {
+      const auto [i, j] = NetIndex(corner, along, inward);
+      return net[i][j];
+    };
+    at(1, 1) = at(1, 0) + at(0, 1) - at(0, 0);
+  }
+}
+
 /// One ring of it.
 ControlNet RingOf(const ControlNet& wall, std::uint32_t ring, std::uint32_t segments) {
   ControlNet net;
@@ -161,7 +172,7 @@ std::size_t ClayMesh::HoleAt(const ClayAddress& address) const {
   };
   if (Locate(address).patch != kNoIndex) return holes_.size();
   for (std::size_t n = 0; n < holes_.size(); ++n) {
-    if (holds(holes_[n].entry) || holds(holes_[n].exit)) return n;
+    if (!holes_[n].filled && (holds(holes_[n].entry) || holds(holes_[n].exit))) return n;
   }
   return holes_.size();
 }
@@ -189,10 +200,76 @@ Result<LeafChange> ClayMesh::OpenHole(const Hole& hole) {
   JoinWall(hole, wall, entry, exit);
   TakeOut(in);
   TakeOut(out);
+  for (const ClayPatch& end : {entry, exit}) {
+    for (const VertexIndex vertex : end.vertex) vertices_[vertex].rim = true;
+  }
   holes_.push_back(hole);
+  holes_.back().filled = false;
   change.gone.push_back(in);
   change.gone.push_back(out);
   change.made.insert(change.made.end(), wall.begin(), wall.end());
+  return change;
+}
+
+PatchIndex ClayMesh::PutBack(const Part& part, std::uint32_t rank) {
+  const std::uint32_t node = NodeToward(part);
+  const PatchIndex index = NewPatch();
+  ClayPatch& leaf = patches_[index];
+  leaf.base = part.base;
+  leaf.level = part.level;
+  leaf.column = part.column;
+  leaf.row = part.row;
+  leaf.rank = rank;
+  leaf.node = node;
+  nodes_[node].patch = index;
+  return index;
+}
+
+Result<LeafChange> ClayMesh::FillHole(std::size_t number) {
+  constexpr const char* kFilling = "fill a hole through the clay";
+  const Hole hole = holes_[number];
+  LeafChange change;
+  for (std::uint32_t n = 0; n < 4 * hole.segments; ++n) {
+    change.gone.push_back(nodes_[RootOf(FirstWall(number) + n)].patch);
+    if (!hole.filled && change.gone.back() != kNoIndex) continue;
+    return Fail(kFilling, "its wall is not whole, or cut finer than it was made",
+                "go back in the history to before it was made");
+  }
+  const std::vector<PatchIndex> wall = change.gone;
+  const std::size_t last = 4 * (std::size_t{hole.segments} - 1);
+  const std::uint32_t rank = patches_[wall[0]].rank;
+  const PatchIndex in = PutBack(hole.entry, rank);
+  const PatchIndex out = PutBack(hole.exit, rank);
+  for (std::uint8_t e = 0; e < 4; ++e) {
+    const ClayPatch& above = patches_[wall[e]];
+    const ClayPatch& below = patches_[wall[last + e]];
+    const std::uint8_t under = Under(hole, e);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto [a, b] = NetIndex(e, i, 0);
+      const auto [c, d] = NetIndex(under, 3 - i, 0);
+      patches_[in].net[a][b] = above.net[i][0];
+      patches_[out].net[c][d] = below.net[i][3];
+    }
+    patches_[in].vertex[e] = above.vertex[0];
+    patches_[out].vertex[under] = below.vertex[2];
+    vertices_[above.vertex[0]].corners.push_back({in, e});
+    vertices_[below.vertex[2]].corners.push_back({out, under});
+  }
+  for (std::uint8_t e = 0; e < 4; ++e) {
+    TakeOver(patches_[wall[e]].join[0], in, e);
+    TakeOver(patches_[wall[last + e]].join[2], out, Under(hole, e));
+  }
+  WithoutTwist(patches_[in].net);
+  WithoutTwist(patches_[out].net);
+  for (const PatchIndex index : wall) {
+    const std::array<VertexIndex, 4> corner = patches_[index].vertex;
+    TakeOut(index);
+    for (const VertexIndex vertex : corner) {
+      if (vertices_[vertex].corners.empty()) FreeVertex(vertex);
+    }
+  }
+  holes_[number].filled = true;
+  change.made = {in, out};
   return change;
 }
 

@@ -40,9 +40,9 @@ struct PushAct {
 /// steps of half its radius. Through: to the far side, along the direction, with four straight walls that leave as much
 /// room as the tool's circle; the skin has edges there. Its middle is that of the leaf which holds the address. Widen
 /// and close: a hole that is there, to `factor` times its radius; one that goes through is held by a place that it has
-/// taken out. It is not filled.
+/// taken out. Fill: such a hole is no more.
 struct HoleAct {
-  enum class How { kMake, kThrough, kWiden, kClose };
+  enum class How { kMake, kThrough, kWiden, kClose, kFill };
   ToolHold hold;
   How how = How::kMake;
   double depth_mm = 10.0;

@@ -119,11 +119,12 @@ class Performer {
   }
 
   Status operator()(const HoleAct& act) {
+    const std::size_t holes = body_.mesh().holes().size();
+    const bool known = act.hold.at.patch < body_.mesh().base_count();
+    const std::size_t hole = known ? body_.mesh().HoleAt(act.hold.at) : holes;
+    if (act.how == HoleAct::How::kFill) return Fill(act, hole);
     const bool changes = act.how == HoleAct::How::kWiden || act.how == HoleAct::How::kClose;
-    if (changes && act.hold.at.patch < body_.mesh().base_count()) {
-      const std::size_t hole = body_.mesh().HoleAt(act.hold.at);
-      if (hole < body_.mesh().holes().size()) return WidenThrough(act, hole);
-    }
+    if (changes && hole < holes) return WidenThrough(act, hole);
     RETURN_IF_ERROR(Ranges("hole")
                         .Hold(body_, act.hold)
                         .Within("depth_mm", act.depth_mm, 0.0, 1e4)
@@ -363,9 +364,28 @@ class Performer {
 
   /// Holes that go through are held by the places that they have taken out.
   Status WidenThrough(const HoleAct& act, std::size_t hole) {
+    RETURN_IF_ERROR(CheckRims(hole));
     RETURN_IF_ERROR(Ranges("hole").Within("factor", act.factor, 1.0 + 1e-9, 10.0).status());
     const double factor = act.how == HoleAct::How::kWiden ? act.factor : 1.0 / act.factor;
     return SizeHole(hole, factor * LineOf(body_, hole).radius_mm);
+  }
+
+  [[nodiscard]] Status CheckRims(std::size_t hole) const {
+    if (HasWholeRims(body_.mesh(), hole)) return {};
+    return Fail("perform 'hole' on the clay", "another hole goes through its wall", "close that one first");
+  }
+
+  /// What fills it shrinks the body.
+  Status Fill(const HoleAct& act, std::size_t hole) {
+    if (hole >= body_.mesh().holes().size()) {
+      return Fail("perform 'hole' on the clay",
+                  fmt::format("no hole goes through at patch {}, u {:g}, v {:g}", act.hold.at.patch, act.hold.at.u,
+                              act.hold.at.v),
+                  "give a place that the hole has taken out, such as the one where it was made");
+    }
+    RETURN_IF_ERROR(CheckRims(hole));
+    RETURN_IF_ERROR(body_.FillHole(hole));
+    return Do({});
   }
 
   Status TakeOff(const ToolHold& hold, double depth, const ClayField& roughness) {

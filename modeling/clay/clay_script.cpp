@@ -166,8 +166,8 @@ ClayStep Hole(Fields& fields) {
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
   act.factor = fields.Number("factor", act.factor);
   if (fields.Flag("through")) {
-    if (act.how != How::kMake) fields.Refuse("through", "is only for making one: widen and close narrow what is there");
-    act.how = How::kThrough;
+    if (act.how == How::kWiden) fields.Refuse("through", "is for making and closing a hole");
+    act.how = act.how == How::kMake ? How::kThrough : How::kFill;
   }
   return {act, {}};
 }

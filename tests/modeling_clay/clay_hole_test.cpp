@@ -210,12 +210,61 @@ TEST(ClayHole, ReplaysAndReadsBackToTheByte) {
   }
 }
 
-TEST(ClayHole, ThatGoesThroughIsMadeOnly) {
-  const auto script = ClayScriptFromJson(
-      R"({"operations": [{"op": "hole", "how": "close", "through": true, "patch": 1}]})", "ops.json");
-  ASSERT_FALSE(script);
-  EXPECT_NE(script.error().seen.find("'operations[0].through' is only for making one"), std::string::npos)
-      << script.error().Text();
+TEST(ClayHole, IsFilledAgain) {
+  ClayFile file{std::move(*ClayBody::Make(ClayBlock())), {}};
+  ClayBody& body = file.body;
+  HoleAct act = Through(14, 0.5);
+  ASSERT_TRUE(Perform(body, act));
+  ASSERT_TRUE(Perform(body, Through(27, 0.4)));
+  // Something that cuts walls and rims.
+  ToolHold hold;
+  hold.at = {15, 0.2, 0.5};
+  hold.radius_mm = 0.6;
+  const auto pushed = Perform(body, PushAct{hold, 0.03, 1, 2.0});
+  ASSERT_TRUE(pushed) << pushed.error().Text();
+  act.how = HoleAct::How::kFill;
+  const auto report = Perform(body, act);
+  ASSERT_TRUE(report) << report.error().Text();
+  EXPECT_EQ(Euler(body.mesh()), 0);
+  EXPECT_EQ(EulerOf(Tessellate(body.mesh(), 3)), 0);
+  EXPECT_EQ(test::Unsound(body.mesh(), 1e-9), "");
+  EXPECT_NEAR(body.volume(), 108.0, 1e-10);
+  EXPECT_FALSE(Perform(body, act)) << "it is no more";
+  // The place is one again, and the file knows.
+  hold.at = act.hold.at;
+  ASSERT_TRUE(Perform(body, PushAct{hold, 0.05, 2, 2.0}));
+  const std::string text = ClayToJson(file);
+  auto back = ClayFromJson(text, "clay.json");
+  ASSERT_TRUE(back) << back.error().Text();
+  EXPECT_EQ(ClayToJson(*back), text);
+  act.hold.at = {27, 0.3, 0.4};
+  ASSERT_TRUE(Perform(back->body, act));
+  EXPECT_EQ(Euler(back->body.mesh()), 2);
+  EXPECT_EQ(test::Unsound(back->body.mesh(), 1e-9), "");
+}
+
+TEST(ClayHole, OfABlockIsUndoneByFillingIt) {
+  ClayBody body = std::move(*ClayBody::Make(ClayBlock()));
+  HoleAct act = Through(21, 0.5);
+  ASSERT_TRUE(Perform(body, act));
+  act.how = HoleAct::How::kFill;
+  ASSERT_TRUE(Perform(body, act));
+  // A block again: flat, of the old size; and as many patches.
+  EXPECT_EQ(body.mesh().leaf_count(), 144U);
+  EXPECT_NEAR(body.Area(), 144.0, 1e-10);
+  EXPECT_NEAR(body.Point({0, 0.0, 0.0}).z() - body.Point({36, 0.0, 0.0}).z(), 3.0, 1e-12);
+  EXPECT_NEAR((body.Point({21, 0.5, 0.5}) - body.Point({0, 0.0, 0.0})).z(), 0.0, 1e-12);
+}
+
+TEST(ClayHole, ThatGoesThroughIsMadeAndClosed) {
+  const auto seen = [](const std::string& operation) {
+    const auto script = ClayScriptFromJson("{\"operations\": [" + operation + "]}", "ops.json");
+    return script ? std::string() : script.error().seen;
+  };
+  EXPECT_EQ(seen(R"({"op": "hole", "how": "close", "through": true, "patch": 1})"), "");
+  EXPECT_NE(seen(R"({"op": "hole", "how": "widen", "through": true, "patch": 1})").find("is for making and closing"),
+            std::string::npos);
+  EXPECT_NE(seen(R"({"op": "hole", "through": 1, "patch": 1})").find("neither true nor false"), std::string::npos);
 }
 
 }  // namespace
