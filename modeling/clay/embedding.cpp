@@ -82,12 +82,16 @@ bool Cross(const Triangle& a, const Triangle& b) {
   return false;
 }
 
+/// Which of a leaf's cells lie beside what it shares with another.
+using CellMarks = std::array<std::array<bool, kCells>, kCells>;
+
 struct CellTriangles {
   AlignedBox3d box;
   std::array<Triangle, 2> triangle;
+  bool beside = false;
 };
 
-std::vector<CellTriangles> CellsWithin(const ControlNet& net, const AlignedBox3d& box) {
+std::vector<CellTriangles> CellsWithin(const ControlNet& net, const AlignedBox3d& box, const CellMarks& beside) {
   const Grid grid = GridOf(net);
   std::vector<CellTriangles> cells;
   for (std::size_t i = 0; i < kCells; ++i) {
@@ -99,21 +103,23 @@ std::vector<CellTriangles> CellsWithin(const ControlNet& net, const AlignedBox3d
       if (!cell.box.intersects(box)) continue;
       cell.triangle[0] = {grid[i][j], grid[i + 1][j], grid[i + 1][j + 1]};
       cell.triangle[1] = {grid[i][j], grid[i + 1][j + 1], grid[i][j + 1]};
+      cell.beside = beside[i][j];
       cells.push_back(cell);
     }
   }
   return cells;
 }
 
-bool Cross(const ControlNet& a, const ControlNet& b) {
+/// Whether two leaves cross, other than in cells that both lie beside what they share.
+bool Cross(const ControlNet& a, const ControlNet& b, const CellMarks& beside_a, const CellMarks& beside_b) {
   const AlignedBox3d common = BoxOf(a).intersection(BoxOf(b));
   if (common.isEmpty()) return false;
-  const std::vector<CellTriangles> of_a = CellsWithin(a, common);
+  const std::vector<CellTriangles> of_a = CellsWithin(a, common, beside_a);
   if (of_a.empty()) return false;
-  const std::vector<CellTriangles> of_b = CellsWithin(b, common);
+  const std::vector<CellTriangles> of_b = CellsWithin(b, common, beside_b);
   for (const CellTriangles& x : of_a) {
     for (const CellTriangles& y : of_b) {
-      if (!x.box.intersects(y.box)) continue;
+      if ((x.beside && y.beside) || !x.box.intersects(y.box)) continue;
       for (const Triangle& s : x.triangle) {
         for (const Triangle& t : y.triangle) {
           if (Cross(s, t)) return true;
@@ -122,6 +128,65 @@ bool Cross(const ControlNet& a, const ControlNet& b) {
     }
   }
   return false;
+}
+
+bool Cross(const ControlNet& a, const ControlNet& b) { return Cross(a, b, CellMarks{}, CellMarks{}); }
+
+/// Cells along edges across which the other lies, and at corners that are also the other's.
+CellMarks CellsBeside(const ClayPatch& own, PatchIndex other_index, const ClayPatch& other) {
+  CellMarks marks{};
+  const auto mark = [&marks](std::size_t edge, std::size_t along) {
+    const std::size_t last = kCells - 1;
+    switch (edge) {
+      case 0:
+        marks[along][0] = true;
+        break;
+      case 1:
+        marks[last][along] = true;
+        break;
+      case 2:
+        marks[last - along][last] = true;
+        break;
+      default:
+        marks[0][last - along] = true;
+    }
+  };
+  for (std::size_t e = 0; e < 4; ++e) {
+    if (std::find(other.vertex.begin(), other.vertex.end(), own.vertex[e]) != other.vertex.end()) mark(e, 0);
+    if (own.join[e].patch[0] != other_index && own.join[e].patch[1] != other_index) continue;
+    for (std::size_t along = 0; along < kCells; ++along) mark(e, along);
+  }
+  return marks;
+}
+
+/// How far a leaf's normals go: no farther than `half_angle` from `middle`.
+struct NormalCone {
+  Vector3d middle = Vector3d::Zero();
+  double half_angle = 0.0;
+};
+
+NormalCone ConeOf(const ControlNet& net) {
+  const Grid grid = GridOf(net);
+  std::array<Vector3d, kCells * kCells> normal;
+  NormalCone cone;
+  for (std::size_t i = 0; i < kCells; ++i) {
+    for (std::size_t j = 0; j < kCells; ++j) {
+      Vector3d& here = normal[kCells * i + j];
+      here = (grid[i + 1][j + 1] - grid[i][j]).cross(grid[i][j + 1] - grid[i + 1][j]).stableNormalized();
+      cone.middle += here;
+    }
+  }
+  cone.middle.stableNormalize();
+  double least = 1.0;
+  for (const Vector3d& one : normal) least = one.isZero(0.0) ? least : std::min(least, one.dot(cone.middle));
+  cone.half_angle = std::acos(std::clamp(least, -1.0, 1.0));
+  return cone;
+}
+
+/// Both leaves are heights over one plane: next to each other they do not cross.
+bool FaceOneWay(const NormalCone& a, const NormalCone& b) {
+  const double between = std::acos(std::clamp(a.middle.dot(b.middle), -1.0, 1.0));
+  return 0.5 * between + std::max(a.half_angle, b.half_angle) < 1.5;
 }
 
 /// Somewhere the skin turns by more than a right angle from one of 4 × 4 cells to the next. Cells without area, at
@@ -334,9 +399,11 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
   const std::vector<PatchIndex>& touched = trial.touched();
   std::vector<ControlNet> net(touched.size());
   std::vector<AlignedBox3d> box(touched.size());  // in the space of the cells
+  std::vector<NormalCone> cone(touched.size());
   for (std::size_t n = 0; n < touched.size(); ++n) {
     net[n] = trial.NetAt(n, k);
     box[n] = InCells(BoxOf(net[n]));
+    cone[n] = ConeOf(net[n]);
     if (!box[n].min().allFinite() || !box[n].max().allFinite()) return "a control point would not be finite";
     if (FoldsOver(net[n]) && !FoldsOver(mesh.patch(touched[n]).net)) {
       return fmt::format("the skin would fold over in patch {}", mesh.patch(touched[n]).base);
@@ -345,7 +412,12 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
   // Boxes of where the leaves were: a leaf that came from elsewhere is found among the touched ones.
   const auto crosses = [&](std::size_t n, PatchIndex other, const ControlNet& other_net) {
     const ClayPatch& own = mesh.patch(touched[n]);
-    return !ShareVertex(own, mesh.patch(other)) && Cross(net[n], other_net) && !Cross(own.net, mesh.patch(other).net);
+    const ClayPatch& theirs = mesh.patch(other);
+    if (!ShareVertex(own, theirs)) return Cross(net[n], other_net) && !Cross(own.net, theirs.net);
+    if (FaceOneWay(cone[n], marks.Has(other) ? cone[marks.Slot(other)] : ConeOf(other_net))) return false;
+    const CellMarks own_marks = CellsBeside(own, other, theirs);
+    const CellMarks their_marks = CellsBeside(theirs, touched[n], own);
+    return Cross(net[n], other_net, own_marks, their_marks) && !Cross(own.net, theirs.net, own_marks, their_marks);
   };
   const auto said = [&](std::size_t n, PatchIndex other) {
     return fmt::format("patches {} and {} would cross", mesh.patch(touched[n]).base, mesh.patch(other).base);

@@ -28,8 +28,9 @@ class Embedding {
   void Move(double scale, const Eigen::Vector3d& shift);
 
   /// Why the trial at k is none, or empty: a leaf that folds over (its skin turns by more than a right angle within a
-  /// quarter of it, and did not before) or two leaves without a common vertex that cross (as 4 × 4 cells of two
-  /// triangles) and did not before.
+  /// quarter of it, and did not before) or two leaves that cross (as 4 × 4 cells of two triangles) and did not before.
+  /// Of two with a common vertex, cells that both lie beside what they share are not held against each other, and none
+  /// is where both face one way.
   [[nodiscard]] std::string Trouble(const ClayMesh& mesh, const VisitMarks& marks, const ClayTrial& trial,
                                     double k) const;
   /// Whether one of these leaves crosses another that it has no vertex with; empty: none does.
