@@ -165,47 +165,40 @@ struct NormalCone {
   double half_angle = 0.0;
 };
 
-NormalCone ConeOf(const ControlNet& net) {
-  const Grid grid = GridOf(net);
-  std::array<Vector3d, kCells * kCells> normal;
+/// What the normals of a leaf's 4 × 4 cells say. Cells without area, at poles, do not count.
+struct SkinShape {
+  bool folds = false;  ///< Somewhere the skin turns by more than a right angle from one cell to the next.
   NormalCone cone;
+};
+
+SkinShape ShapeOf(const ControlNet& net) {
+  const Grid grid = GridOf(net);
+  std::array<std::array<Vector3d, kCells>, kCells> normal;
+  SkinShape shape;
   for (std::size_t i = 0; i < kCells; ++i) {
     for (std::size_t j = 0; j < kCells; ++j) {
-      Vector3d& here = normal[kCells * i + j];
-      here = (grid[i + 1][j + 1] - grid[i][j]).cross(grid[i][j + 1] - grid[i + 1][j]).stableNormalized();
-      cone.middle += here;
+      normal[i][j] = (grid[i + 1][j + 1] - grid[i][j]).cross(grid[i][j + 1] - grid[i + 1][j]);
+      shape.cone.middle += normal[i][j];
     }
   }
-  cone.middle.stableNormalize();
+  shape.cone.middle.stableNormalize();
   double least = 1.0;
-  for (const Vector3d& one : normal) least = one.isZero(0.0) ? least : std::min(least, one.dot(cone.middle));
-  cone.half_angle = std::acos(std::clamp(least, -1.0, 1.0));
-  return cone;
+  for (std::size_t i = 0; i < kCells; ++i) {
+    for (std::size_t j = 0; j < kCells; ++j) {
+      const double length = normal[i][j].norm();
+      if (length > 0.0) least = std::min(least, normal[i][j].dot(shape.cone.middle) / length);
+      if (i + 1 < kCells && normal[i][j].dot(normal[i + 1][j]) < 0.0) shape.folds = true;
+      if (j + 1 < kCells && normal[i][j].dot(normal[i][j + 1]) < 0.0) shape.folds = true;
+    }
+  }
+  shape.cone.half_angle = std::acos(std::clamp(least, -1.0, 1.0));
+  return shape;
 }
 
 /// Both leaves are heights over one plane: next to each other they do not cross.
 bool FaceOneWay(const NormalCone& a, const NormalCone& b) {
   const double between = std::acos(std::clamp(a.middle.dot(b.middle), -1.0, 1.0));
   return 0.5 * between + std::max(a.half_angle, b.half_angle) < 1.5;
-}
-
-/// Somewhere the skin turns by more than a right angle from one of 4 × 4 cells to the next. Cells without area, at
-/// poles, do not count.
-bool FoldsOver(const ControlNet& net) {
-  const Grid grid = GridOf(net);
-  std::array<std::array<Vector3d, kCells>, kCells> normal;
-  for (std::size_t i = 0; i < kCells; ++i) {
-    for (std::size_t j = 0; j < kCells; ++j) {
-      normal[i][j] = (grid[i + 1][j + 1] - grid[i][j]).cross(grid[i][j + 1] - grid[i + 1][j]);
-    }
-  }
-  for (std::size_t i = 0; i < kCells; ++i) {
-    for (std::size_t j = 0; j < kCells; ++j) {
-      if (i + 1 < kCells && normal[i][j].dot(normal[i + 1][j]) < 0.0) return true;
-      if (j + 1 < kCells && normal[i][j].dot(normal[i][j + 1]) < 0.0) return true;
-    }
-  }
-  return false;
 }
 
 bool ShareVertex(const ClayPatch& a, const ClayPatch& b) {
@@ -403,9 +396,10 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
   for (std::size_t n = 0; n < touched.size(); ++n) {
     net[n] = trial.NetAt(n, k);
     box[n] = InCells(BoxOf(net[n]));
-    cone[n] = ConeOf(net[n]);
+    const SkinShape shape = ShapeOf(net[n]);
+    cone[n] = shape.cone;
     if (!box[n].min().allFinite() || !box[n].max().allFinite()) return "a control point would not be finite";
-    if (FoldsOver(net[n]) && !FoldsOver(mesh.patch(touched[n]).net)) {
+    if (shape.folds && !ShapeOf(mesh.patch(touched[n]).net).folds) {
       return fmt::format("the skin would fold over in patch {}", mesh.patch(touched[n]).base);
     }
   }
@@ -414,7 +408,7 @@ std::string Embedding::Trouble(const ClayMesh& mesh, const VisitMarks& marks, co
     const ClayPatch& own = mesh.patch(touched[n]);
     const ClayPatch& theirs = mesh.patch(other);
     if (!ShareVertex(own, theirs)) return Cross(net[n], other_net) && !Cross(own.net, theirs.net);
-    if (FaceOneWay(cone[n], marks.Has(other) ? cone[marks.Slot(other)] : ConeOf(other_net))) return false;
+    if (FaceOneWay(cone[n], marks.Has(other) ? cone[marks.Slot(other)] : ShapeOf(other_net).cone)) return false;
     const CellMarks own_marks = CellsBeside(own, other, theirs);
     const CellMarks their_marks = CellsBeside(theirs, touched[n], own);
     return Cross(net[n], other_net, own_marks, their_marks) && !Cross(own.net, theirs.net, own_marks, their_marks);
