@@ -16,6 +16,7 @@
 #include "modeling/clay/clay_exact.h"
 #include "modeling/clay/clay_girths.h"
 #include "modeling/clay/clay_history.h"
+#include "modeling/clay/clay_joins.h"
 #include "modeling/clay/clay_json.h"
 #include "modeling/clay/clay_script.h"
 #include "modeling/clay/clay_shapes.h"
@@ -151,6 +152,14 @@ Json GirthsJson(const ClayGirths& girths) {
   return list;
 }
 
+Json JoinsJson(const ClayMesh& mesh) {
+  const ClayJoinQuality quality = MeasureJoins(mesh);
+  return {{"largest_gap_mm", quality.largest_gap_mm},
+          {"largest_kink_rad", quality.largest_kink_rad},
+          {"largest_kink_elsewhere_rad", quality.largest_kink_elsewhere_rad},
+          {"largest_kink_not_c1_rad", quality.largest_kink_not_c1_rad}};
+}
+
 Json ReportJson(const std::string& name, const ClayReport& report, const ClayGirths& girths) {
   return {{"op", name},
           {"volume_before_mm3", report.volume_before_mm3},
@@ -247,6 +256,7 @@ Status Shape(const ClayCommand& options, CommandIo& io) {
     if (!model) return Fail(model);
     report["model"] = std::move(*model);
   }
+  report["joins"] = JoinsJson(body.mesh());
   for (const std::string& path : options.out) RETURN_IF_ERROR(WriteBody(path, input->file, io));
   if (!options.json.empty()) return io.WriteJson(options.json, report);
   return io.Print(fmt::format("{} operations: volume {:.3f} mm3, area {:.3f} mm2, {} patches\n",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "base/ensure.h"
@@ -22,18 +23,18 @@ constexpr int kCorrections = 3;
 
 constexpr const char* kAttempted = "deform the clay";
 
-double LargestSize(const ControlNet& net) {
+Eigen::AlignedBox3d BoxOf(const ControlNet& net) {
   Eigen::AlignedBox3d box;
   for (const auto& row : net) {
     for (const Vector3d& point : row) box.extend(point);
   }
-  return box.sizes().maxCoeff();
+  return box;
 }
 
 double MedianSize(const ClayMesh& mesh) {
   std::vector<double> sizes;
   for (const ClayPatch& patch : mesh.patches()) {
-    if (patch.node != kNoIndex) sizes.push_back(LargestSize(patch.net));
+    if (patch.node != kNoIndex) sizes.push_back(BoxOf(patch.net).sizes().maxCoeff());
   }
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
@@ -84,25 +85,27 @@ double ClayBody::Area() const {
 
 Vector3d ClayBody::Point(const ClayAddress& address) const {
   const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  ENSURE(leaf.patch != kNoIndex, "an address is on the skin");
   return BezierPatch(mesh_.patch(leaf.patch).net).Point(leaf.u, leaf.v);
 }
 
 Vector3d ClayBody::Normal(const ClayAddress& address) const {
   const ClayMesh::Leaf leaf = mesh_.Locate(address);
+  ENSURE(leaf.patch != kNoIndex, "an address is on the skin");
   return BezierPatch(mesh_.patch(leaf.patch).net).Normal(leaf.u, leaf.v);
 }
 
 void ClayBody::Renew(PatchIndex index) {
   const ControlNet& net = mesh_.patch(index).net;
   cones_.Set(index, ConeVolume(net, apex_));
-  embedding_.Place(index, net);
+  embedding_.Place(mesh_, index);
   changed_.push_back(index);
   Note(index);
 }
 
 void ClayBody::Note(PatchIndex index) {
   // Who has not asked for so long may as well look at all of it.
-  static constexpr std::size_t kMost = 1'000'000;
+  static constexpr std::size_t kMost = 100'000;
   if (log_.size() >= kMost) Forget();
   log_.push_back(index);
 }
@@ -149,7 +152,7 @@ void ClayBody::Commit(const ClayTrial& trial, double k) {
   for (std::size_t n = 0; n < touched.size(); ++n) mesh_.SetNet(touched[n], trial.NetAt(n, k));
   // Slaved once more, from what was rounded; coarser leaves first.
   std::stable_sort(touched.begin(), touched.end(),
-                   [this](PatchIndex a, PatchIndex b) { return mesh_.patch(a).level < mesh_.patch(b).level; });
+                   [this](PatchIndex a, PatchIndex b) { return mesh_.patch(a).rank < mesh_.patch(b).rank; });
   const auto net_of = [this](PatchIndex index) -> const ControlNet& { return mesh_.patch(index).net; };
   for (const PatchIndex index : touched) {
     ControlNet net = mesh_.patch(index).net;
@@ -220,7 +223,6 @@ double ClayBody::ScaleToKept(const Vector3d& centre) {
 void ClayBody::Follow(const LeafChange& change) {
   for (const PatchIndex index : change.gone) {
     cones_.Set(index, 0.0);
-    embedding_.Remove(index);
     Note(index);
   }
   for (const PatchIndex index : change.made) {
@@ -228,14 +230,120 @@ void ClayBody::Follow(const LeafChange& change) {
   }
 }
 
-void ClayBody::Split(PatchIndex index) { Follow(mesh_.Split(index)); }
+std::vector<PatchIndex> ClayBody::Split(PatchIndex index) {
+  LeafChange change = mesh_.Split(index);
+  Follow(change);
+  return std::move(change.made);
+}
+
+Status ClayBody::OpenHole(const ClayMesh::Hole& hole) {
+  const auto change = mesh_.OpenHole(hole);
+  if (!change) return Fail(change);
+  Follow(*change);
+  std::string trouble = embedding_.TroubleOf(mesh_, change->made);
+  if (trouble.empty()) return {};
+  return Fail("make a hole through the clay", std::move(trouble), "hold the tool in another direction");
+}
+
+void ClayBody::MergeAroundHole(std::size_t hole) {
+  const std::uint32_t first = mesh_.FirstWall(hole);
+  const std::uint32_t end = first + 4 * mesh_.holes()[hole].segments;
+  Eigen::AlignedBox3d above;
+  Eigen::AlignedBox3d below;
+  for (std::uint32_t e = 0; e < 4; ++e) {
+    above.extend(Point({first + e, 0.0, 0.0}));
+    below.extend(Point({end - 4 + e, 0.0, 1.0}));
+  }
+  const std::uint32_t rank = mesh_.patch(mesh_.Locate({first, 0.0, 0.0}).patch).rank -
+                             mesh_.patch(mesh_.Locate({first, 0.0, 0.0}).patch).level;
+  const auto in_the_way = [&](const ClayPatch& leaf) {
+    if (leaf.base >= first && leaf.base < end) return leaf.level > 0;
+    const Eigen::AlignedBox3d box = BoxOf(leaf.net);
+    return leaf.rank > rank + 1 && (box.squaredExteriorDistance(above.center()) < above.diagonal().squaredNorm() ||
+                                    box.squaredExteriorDistance(below.center()) < below.diagonal().squaredNorm());
+  };
+  for (bool merged = true; merged;) {
+    merged = false;
+    for (PatchIndex index = 0; index < mesh_.patches().size(); ++index) {
+      if (!mesh_.alive(index) || !in_the_way(mesh_.patch(index))) continue;
+      const LeafChange change = mesh_.Merge(index, std::numeric_limits<double>::infinity());
+      merged = merged || !change.made.empty();
+      Follow(change);
+    }
+  }
+}
+
+Status ClayBody::FillHole(std::size_t hole) {
+  MergeAroundHole(hole);
+  const auto change = mesh_.FillHole(hole);
+  if (!change) return Fail(change);
+  Follow(*change);
+  std::string trouble = embedding_.TroubleOf(mesh_, change->made);
+  if (trouble.empty()) return {};
+  return Fail("fill a hole through the clay", std::move(trouble), "go back in the history to before it was made");
+}
+
+std::vector<PatchIndex> ClayBody::FirstQuartersOf(const std::vector<PatchIndex>& leaves) const {
+  std::vector<PatchIndex> first;
+  for (const PatchIndex index : leaves) {
+    const PatchIndex quarter = mesh_.alive(index) ? mesh_.FirstQuarter(index) : kNoIndex;
+    if (quarter != kNoIndex) first.push_back(quarter);
+  }
+  std::sort(first.begin(), first.end());
+  first.erase(std::unique(first.begin(), first.end()), first.end());
+  return first;
+}
+
+std::vector<ClayBody::FormerLeaf> ClayBody::Coarsen(const std::vector<PatchIndex>& leaves, double size,
+                                                    double tolerance) {
+  std::vector<FormerLeaf> former;
+  const auto remember = [&](PatchIndex index) {
+    const ClayPatch& leaf = mesh_.patch(index);
+    former.push_back({{leaf.base, leaf.level, leaf.column, leaf.row}, leaf.net});
+  };
+  std::vector<PatchIndex> open = FirstQuartersOf(leaves);
+  for (std::size_t n = 0; n < open.size(); ++n) {
+    const PatchIndex first = mesh_.alive(open[n]) ? mesh_.FirstQuarter(open[n]) : kNoIndex;
+    if (first == kNoIndex || !mesh_.Merges(first, tolerance)) continue;
+    const std::array<PatchIndex, 4> quarters = mesh_.QuartersWith(first);
+    Eigen::AlignedBox3d box;
+    for (const PatchIndex quarter : quarters) box.extend(BoxOf(mesh_.patch(quarter).net));
+    if (box.sizes().maxCoeff() > size) continue;
+    for (const PatchIndex quarter : quarters) {
+      remember(quarter);
+      // Leaves next to the whole will be finer than it, and slaved to it.
+      for (const ClayJoin& join : mesh_.patch(quarter).join) {
+        if (join.kind == ClayJoin::Kind::kEqual) remember(join.patch[0]);
+      }
+    }
+    const LeafChange change = mesh_.Merge(first, tolerance);
+    Follow(change);
+    open.push_back(change.made.front());
+  }
+  return former;
+}
+
+void ClayBody::Restore(const std::vector<FormerLeaf>& former) {
+  const auto leaf_at = [this](const ClayMesh::Part& part) {
+    const double share = 1.0 / static_cast<double>(1U << part.level);
+    return mesh_.Locate({part.base, (part.column + 0.5) * share, (part.row + 0.5) * share}).patch;
+  };
+  for (const FormerLeaf& leaf : former) {
+    while (mesh_.patch(leaf_at(leaf.part)).level < leaf.part.level) Split(leaf_at(leaf.part));
+  }
+  // What was remembered first is what was there.
+  for (auto leaf = former.rbegin(); leaf != former.rend(); ++leaf) {
+    const PatchIndex index = leaf_at(leaf->part);
+    mesh_.SetNet(index, leaf->net);
+    Renew(index);
+  }
+}
 
 std::size_t ClayBody::MergeTouched(double tolerance) {
   const std::size_t before = mesh_.leaf_count();
-  std::vector<PatchIndex> candidates = std::move(changed_);
+  // Four quarters have one whole: it is tried once, by the first of them.
+  std::vector<PatchIndex> candidates = FirstQuartersOf(changed_);
   changed_.clear();
-  std::sort(candidates.begin(), candidates.end());
-  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
   for (std::size_t n = 0; n < candidates.size(); ++n) {
     if (!mesh_.alive(candidates[n])) continue;
     const LeafChange change = mesh_.Merge(candidates[n], tolerance);

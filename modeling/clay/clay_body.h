@@ -61,11 +61,32 @@ class ClayBody {
   /// nothing is computed anew. Requires a positive volume. Returns k.
   double ScaleToKept(const Eigen::Vector3d& centre);
 
-  /// Cuts a leaf into four; the surface stays what it is.
-  void Split(PatchIndex index);
+  /// Cuts a leaf into four, and coarser ones across its edges first; the surface stays what it is. Returns the leaves
+  /// that were made; some may be no more.
+  std::vector<PatchIndex> Split(PatchIndex index);
   /// Merges what was cut in vain since the last time, or moved since: quarters of which all control points are within
   /// `tolerance` mm of the whole's. Returns how many leaves there are less.
   std::size_t MergeTouched(double tolerance);
+
+  /// ClayMesh::OpenHole; kept_volume() stays, for ScaleToKept or the next kKept deformation to restore. Fails also if
+  /// the hole's wall would cross the skin or itself; the body is then to be thrown away.
+  Status OpenHole(const ClayMesh::Hole& hole);
+
+  /// ClayMesh::FillHole, after merging what cuts the hole's wall, whatever that changes; kept_volume() stays. Fails
+  /// also if what fills it would cross the skin; the body is then to be thrown away.
+  Status FillHole(std::size_t hole);
+
+  /// A leaf as it was.
+  struct FormerLeaf {
+    ClayMesh::Part part;
+    BezierPatch::ControlNet net;
+  };
+  /// Merges quarters among these leaves where the whole is no larger than `size` mm (the longest side of its box) and
+  /// within `tolerance` mm of them. That changes the volume a little: kept_volume() stays, for the next kKept
+  /// deformation to restore. Returns what Restore takes to undo it.
+  std::vector<FormerLeaf> Coarsen(const std::vector<PatchIndex>& leaves, double size, double tolerance);
+  /// Undoes a Coarsen. Requires that nothing was done to the body since.
+  void Restore(const std::vector<FormerLeaf>& former);
 
   /// How often leaves were made, moved or taken away; LeavesSince(then) are those after that count, each perhaps
   /// several times, some of them no more. Empty optional: all of them, since the whole body was moved.
@@ -78,7 +99,10 @@ class ClayBody {
   void Renew(PatchIndex index);
   void Note(PatchIndex index);
   void Forget();
+  void MergeAroundHole(std::size_t hole);
   void Follow(const LeafChange& change);
+  /// Of every whole of which four leaves with one of these are the quarters: the first of them.
+  [[nodiscard]] std::vector<PatchIndex> FirstQuartersOf(const std::vector<PatchIndex>& leaves) const;
   /// The k of eq. 8, and how fast the volume changes with it.
   struct Solution {
     double k = 0.0;

@@ -166,6 +166,21 @@ ClayField WidenField(const ToolPlace& place, double widening) {
   });
 }
 
+ClayField MakeRoomField(const ToolPlace& place, double widening) {
+  constexpr double kFull = 1.25 * 1.25;
+  return FieldOf([=](const Point& at) {
+    const Point from = at - Constant(place.origin);
+    const Number q2 = Footprint(from, place);
+    Number share = (1.0 - Step(q2, 9.0, 36.0)) * WithinReach(from, place) * widening;
+    if (q2.value() > kFull) {
+      // 2a/t − (a/t)²: leaves 1 without a slope.
+      const Number part = kFull / q2;
+      share = share * part * (2.0 - part);
+    }
+    return Scaled(Across(from, place.out), share);
+  });
+}
+
 ClayField BallField(const Vector3d& centre, double radius, double amount) {
   return FieldOf([=](const Point& at) {
     const Point from = at - Constant(centre);

@@ -58,6 +58,10 @@ struct AxisSpan {
 /// The same within `radius` mm of the axis in full, fading to nothing at twice that.
 [[nodiscard]] ClayField WidenField(const ToolPlace& place, double widening);
 
+/// The same up to 1.25 radii; beyond, what is pushed aside gives way nearly without being pressed together, as 1/r, and
+/// fades from 3 to 6 radii: room for a hole that becomes wider.
+[[nodiscard]] ClayField MakeRoomField(const ToolPlace& place, double widening);
+
 /// `amount` (0 … 1) of the way to the sphere about `centre`. Undefined at the centre, where it is 0.
 [[nodiscard]] ClayField BallField(const Eigen::Vector3d& centre, double radius, double amount);
 

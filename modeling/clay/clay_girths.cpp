@@ -107,17 +107,23 @@ std::vector<SectionPiece> SectionOf(const BezierPatch::ControlNet& net, double l
 }
 
 ClayGirths::ClayGirths(const ClayBody& body, std::vector<double> levels)
-    : levels_(std::move(levels)), pieces_(levels_.size()) {
+    : levels_(std::move(levels)), sections_(levels_.size()) {
   seen_ = body.change_count();
   for (PatchIndex leaf = 0; leaf < body.mesh().patches().size(); ++leaf) Renew(body, leaf);
+  Measure();
 }
 
 void ClayGirths::Renew(const ClayBody& body, PatchIndex leaf) {
   for (std::size_t level = 0; level < levels_.size(); ++level) {
-    if (pieces_[level].size() <= leaf) pieces_[level].resize(body.mesh().patches().size());
-    auto& pieces = pieces_[level][leaf];
-    pieces.clear();
+    Section& section = sections_[level];
+    std::vector<SectionPiece> pieces;
     if (body.mesh().alive(leaf)) pieces = SectionOf(body.mesh().patch(leaf).net, levels_[level]);
+    if (!pieces.empty()) {
+      section.pieces[leaf] = std::move(pieces);
+      section.changed = true;
+    } else if (section.pieces.erase(leaf) > 0) {
+      section.changed = true;
+    }
   }
 }
 
@@ -126,30 +132,29 @@ void ClayGirths::Follow(const ClayBody& body) {
   seen_ = body.change_count();
   if (!changed) {
     for (PatchIndex leaf = 0; leaf < body.mesh().patches().size(); ++leaf) Renew(body, leaf);
-    return;
+  } else {
+    std::sort(changed->begin(), changed->end());
+    changed->erase(std::unique(changed->begin(), changed->end()), changed->end());
+    for (const PatchIndex leaf : *changed) Renew(body, leaf);
   }
-  std::sort(changed->begin(), changed->end());
-  changed->erase(std::unique(changed->begin(), changed->end()), changed->end());
-  for (const PatchIndex leaf : *changed) Renew(body, leaf);
+  Measure();
 }
 
-double ClayGirths::Perimeter(std::size_t level) const {
-  double length = 0.0;
-  for (const auto& leaf : pieces_.at(level)) {
-    for (const SectionPiece& piece : leaf) length += piece.length_mm;
-  }
-  return length;
-}
-
-double ClayGirths::Tape(std::size_t level) const {
-  std::vector<Vector2d> points;
-  for (const auto& leaf : pieces_.at(level)) {
-    for (const SectionPiece& piece : leaf) {
-      points.push_back(piece.from.head<2>());
-      points.push_back(piece.to.head<2>());
+void ClayGirths::Measure() {
+  for (Section& section : sections_) {
+    if (!section.changed) continue;
+    section.changed = false;
+    section.perimeter = 0.0;
+    std::vector<Vector2d> points;
+    for (const auto& [leaf, pieces] : section.pieces) {
+      for (const SectionPiece& piece : pieces) {
+        section.perimeter += piece.length_mm;
+        points.push_back(piece.from.head<2>());
+        points.push_back(piece.to.head<2>());
+      }
     }
+    section.tape = points.empty() ? 0.0 : ConvexHullPerimeter(points);
   }
-  return points.empty() ? 0.0 : ConvexHullPerimeter(points);
 }
 
 }  // namespace annulus

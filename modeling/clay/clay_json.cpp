@@ -21,6 +21,7 @@ constexpr int kVersion = 1;
 constexpr const char* kAdvice = "the file is damaged: make it again from its operations";
 constexpr std::size_t kMostLeaves = 2'000'000;
 constexpr std::uint32_t kDeepest = 16;
+constexpr std::uint32_t kMostSegments = 16;
 constexpr double kLargestGap = 1e-6;  ///< mm
 
 Json NetJson(const ControlNet& net) {
@@ -52,9 +53,10 @@ class Reader {
     auto made = ClayMesh::Joined(read);
     if (!made) throw BadClay{made.error()};
     ClayMesh mesh = std::move(*made);
+    if (root.contains("holes")) OpenHoles(*Taken(reader_.Array(root, "holes")), mesh);
     std::vector<std::pair<ClayMesh::Part, ControlNet>> parts;
     for (std::size_t n = 0; n < leaves.size(); ++n)
-      parts.emplace_back(PartOf(leaves, n, bases.size()), NetOf(leaves, n));
+      parts.emplace_back(PartOf(leaves[n], fmt::format("leaves[{}]", n), mesh.base_count()), NetOf(leaves, n));
     for (const auto& [part, net] : parts) {
       mesh.SplitTo(part);
       if (mesh.leaf_count() > parts.size()) break;
@@ -117,9 +119,27 @@ class Reader {
     return base;
   }
 
-  ClayMesh::Part PartOf(const Json& list, std::size_t n, std::size_t bases) const {
-    if (!list[n].is_object()) Refuse(fmt::format("leaves[{}] is not an object", n));
-    const Json& leaf = list[n];
+  void OpenHoles(const Json& holes, ClayMesh& mesh) const {
+    for (std::size_t n = 0; n < holes.size(); ++n) {
+      if (mesh.leaf_count() > kMostLeaves) Refuse("it has too many holes");
+      const std::string where = fmt::format("holes[{}]", n);
+      if (!holes[n].is_object()) Refuse(where + " is not an object");
+      ClayMesh::Hole hole;
+      hole.entry = PartOf(holes[n].value("entry", Json()), where + ".entry", mesh.base_count());
+      hole.exit = PartOf(holes[n].value("exit", Json()), where + ".exit", mesh.base_count());
+      hole.turn = Whole(holes[n].value("turn", Json()), "a hole's turn", 3);
+      hole.segments = Whole(holes[n].value("segments", Json()), "a hole's segments", kMostSegments);
+      mesh.SplitTo(hole.entry);
+      mesh.SplitTo(hole.exit);
+      if (const auto opened = mesh.OpenHole(hole); !opened) Refuse(where + ": " + opened.error().seen);
+      if (!holes[n].contains("filled")) continue;
+      if (holes[n].at("filled") != Json(true)) Refuse(where + ".filled is not true");
+      if (const auto filled = mesh.FillHole(n); !filled) Refuse(where + ": " + filled.error().seen);
+    }
+  }
+
+  ClayMesh::Part PartOf(const Json& leaf, const std::string& where, std::size_t bases) const {
+    if (!leaf.is_object()) Refuse(where + " is not an object");
     ClayMesh::Part part;
     part.base = Whole(leaf.value("patch", Json()), "a leaf's patch", static_cast<std::uint32_t>(bases - 1));
     part.level = Whole(leaf.value("level", Json()), "a leaf's level", kDeepest);
@@ -169,14 +189,24 @@ std::string ClayToJson(const ClayFile& file) {
                       {"row", leaf.row},
                       {"net", NetJson(leaf.net)}});
   }
+  Json holes = Json::array();
+  const auto part = [](const ClayMesh::Part& one) {
+    return Json{{"patch", one.base}, {"level", one.level}, {"column", one.column}, {"row", one.row}};
+  };
+  for (const ClayMesh::Hole& hole : mesh.holes()) {
+    holes.push_back(
+        {{"entry", part(hole.entry)}, {"exit", part(hole.exit)}, {"turn", hole.turn}, {"segments", hole.segments}});
+    if (hole.filled) holes.back()["filled"] = true;
+  }
   Json history = Json::array();
   for (const std::string& script : file.scripts) history.push_back(Json::parse(script));
-  const Json root{{"format", kFormat},
-                  {"version", kVersion},
-                  {"kept_volume_mm3", file.body.kept_volume()},
-                  {"patches", std::move(patches)},
-                  {"leaves", std::move(leaves)},
-                  {"history", std::move(history)}};
+  Json root{{"format", kFormat},
+            {"version", kVersion},
+            {"kept_volume_mm3", file.body.kept_volume()},
+            {"patches", std::move(patches)}};
+  if (!holes.empty()) root["holes"] = std::move(holes);
+  root["leaves"] = std::move(leaves);
+  root["history"] = std::move(history);
   return root.dump() + "\n";
 }
 

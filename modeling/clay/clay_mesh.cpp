@@ -41,10 +41,10 @@ const Vector3d& ClayMesh::Position(VertexIndex index) const {
 }
 
 ClayMesh::Leaf ClayMesh::Locate(const ClayAddress& address) const {
-  ENSURE(address.patch < bases_, "an address names a patch");
+  ENSURE(address.patch < base_count(), "an address names a patch");
   Leaf leaf{kNoIndex, std::clamp(address.u, 0.0, 1.0), std::clamp(address.v, 0.0, 1.0)};
-  std::uint32_t node = address.patch;
-  while (nodes_[node].patch == kNoIndex) {
+  std::uint32_t node = RootOf(address.patch);
+  while (HasChildren(nodes_[node])) {
     const bool right = leaf.u >= 0.5;
     const bool upper = leaf.v >= 0.5;
     leaf.u = 2.0 * leaf.u - (right ? 1.0 : 0.0);
@@ -58,14 +58,14 @@ ClayMesh::Leaf ClayMesh::Locate(const ClayAddress& address) const {
 std::vector<PatchIndex> ClayMesh::LeavesInOrder() const {
   std::vector<PatchIndex> leaves;
   std::vector<std::uint32_t> open;
-  for (std::uint32_t root = 0; root < bases_; ++root) {
-    open.push_back(root);
+  for (std::uint32_t base = 0; base < base_count(); ++base) {
+    open.push_back(RootOf(base));
     while (!open.empty()) {
       const Node& node = nodes_[open.back()];
       open.pop_back();
       if (node.patch != kNoIndex) {
         leaves.push_back(node.patch);
-      } else {
+      } else if (HasChildren(node)) {
         open.insert(open.end(), node.child.rbegin(), node.child.rend());
       }
     }
@@ -97,8 +97,8 @@ double ClayMesh::LargestGap() const {
 }
 
 std::uint32_t ClayMesh::NodeToward(const Part& part) const {
-  std::uint32_t node = part.base;
-  for (std::uint32_t level = part.level; level > 0 && nodes_[node].patch == kNoIndex; --level) {
+  std::uint32_t node = RootOf(part.base);
+  for (std::uint32_t level = part.level; level > 0 && HasChildren(nodes_[node]); --level) {
     const bool right = ((part.column >> (level - 1)) & 1U) != 0;
     const bool upper = ((part.row >> (level - 1)) & 1U) != 0;
     node = nodes_[node].child[upper ? (right ? 2 : 3) : (right ? 1 : 0)];
@@ -245,6 +245,7 @@ std::array<PatchIndex, 4> ClayMesh::MakeChildren(PatchIndex index, const ClayPat
     made.net = quarter[c];
     made.base = parent.base;
     made.level = parent.level + 1;
+    made.rank = parent.rank + 1;
     made.column = 2 * parent.column + (c == 1 || c == 2 ? 1 : 0);
     made.row = 2 * parent.row + (c >= 2 ? 1 : 0);
     made.node = leaf;
@@ -317,6 +318,7 @@ PatchIndex ClayMesh::MakeParent(const std::array<ClayPatch, 4>& part, const Cont
   parent.net = whole;
   parent.base = part[0].base;
   parent.level = part[0].level - 1;
+  parent.rank = part[0].rank - 1;
   parent.column = part[0].column / 2;
   parent.row = part[0].row / 2;
   parent.node = node;
@@ -324,24 +326,45 @@ PatchIndex ClayMesh::MakeParent(const std::array<ClayPatch, 4>& part, const Cont
   return made;
 }
 
+std::array<PatchIndex, 4> ClayMesh::QuartersWith(PatchIndex index) const {
+  std::array<PatchIndex, 4> quarters{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+  const std::uint32_t whole = nodes_[patches_[index].node].parent;
+  if (whole == kNoIndex) return quarters;
+  for (std::size_t c = 0; c < 4; ++c) {
+    quarters[c] = nodes_[nodes_[whole].child[c]].patch;
+    if (quarters[c] == kNoIndex) return {kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+  }
+  return quarters;
+}
+
+std::optional<ControlNet> ClayMesh::WholeWith(PatchIndex index, double tolerance) const {
+  const std::array<PatchIndex, 4> child = QuartersWith(index);
+  if (child[0] == kNoIndex) return std::nullopt;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const auto& join = patches_[child[c]].join;
+    if (join[c].kind == Kind::kFiner || join[(c + 3) % 4].kind == Kind::kFiner) return std::nullopt;
+    // The rim of a hole does not begin in the middle of an edge: nothing would hold all that meets there together.
+    if (join[c].kind == Kind::kEqual && vertices_[patches_[child[c]].vertex[(c + 1) % 4]].rim) return std::nullopt;
+    // Where a hole was filled the whole would not be C1 as its joins say.
+    if (!join[(c + 1) % 4].smooth || join[c].smooth != patches_[child[(c + 1) % 4]].join[c].smooth) return std::nullopt;
+  }
+  std::array<ControlNet, 4> quarter;
+  for (std::size_t c = 0; c < 4; ++c) quarter[c] = patches_[child[c]].net;
+  const ControlNet whole = WholeNet(quarter);
+  if (!(LargestDistance(QuarterNets(whole), quarter) <= tolerance)) return std::nullopt;
+  return whole;
+}
+
 LeafChange ClayMesh::Merge(PatchIndex index, double tolerance) {
   ENSURE(alive(index), "only leaves are merged");
+  const std::optional<ControlNet> whole = WholeWith(index, tolerance);
+  if (!whole) return {};
+  const std::array<PatchIndex, 4> child = QuartersWith(index);
   const std::uint32_t node = nodes_[patches_[index].node].parent;
-  if (node == kNoIndex) return {};
-  std::array<PatchIndex, 4> child{};
   std::array<ClayPatch, 4> part;
-  std::array<ControlNet, 4> quarter;
-  for (std::size_t c = 0; c < 4; ++c) {
-    child[c] = nodes_[nodes_[node].child[c]].patch;
-    if (child[c] == kNoIndex) return {};
-    part[c] = patches_[child[c]];
-    if (part[c].join[c].kind == Kind::kFiner || part[c].join[(c + 3) % 4].kind == Kind::kFiner) return {};
-    quarter[c] = part[c].net;
-  }
-  const ControlNet whole = WholeNet(quarter);
-  if (!(LargestDistance(QuarterNets(whole), quarter) <= tolerance)) return {};
+  for (std::size_t c = 0; c < 4; ++c) part[c] = patches_[child[c]];
 
-  const PatchIndex made = MakeParent(part, whole, node);
+  const PatchIndex made = MakeParent(part, *whole, node);
   JoinParent(made, child);
   LeafChange change{{child.begin(), child.end()}, {made}};
   for (std::uint8_t c = 0; c < 4; ++c) {

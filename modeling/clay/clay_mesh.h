@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/result.h"
@@ -51,6 +52,7 @@ struct ClayPatch {
   std::uint32_t level = 0;
   std::uint32_t column = 0;
   std::uint32_t row = 0;
+  std::uint32_t rank = 0;         ///< A leaf is slaved to leaves of a lower one only: its level, more in a hole.
   std::uint32_t node = kNoIndex;  ///< Of the tree; kNoIndex: the slot is free.
 };
 
@@ -65,6 +67,7 @@ struct PatchCorner {
 struct ClayVertex {
   std::vector<PatchCorner> corners;
   bool hanging = false;  ///< In the middle of a coarser patch's edge.
+  bool rim = false;      ///< Of a hole, or of one that was: never in the middle of an edge.
 };
 
 /// Leaves that are no more, and leaves that are new or have new control points; a slot may be in both.
@@ -101,7 +104,32 @@ class ClayMesh {
   /// A mesh without places yet: all control points are 0. Fails if a join does not go both ways, or joins corners that
   /// are not the same.
   static Result<ClayMesh> Joined(const std::vector<Base>& bases);
+  /// Those that the body was made of, without the holes' walls.
   [[nodiscard]] std::vector<Base> Bases() const { return roots_; }
+
+  /// A hole from one leaf to another, which are no more: its wall is of new base patches, `segments` rings of four one
+  /// after the other, the first with the edges of `entry`: patch first_wall + 4·ring + edge, u along the edge and v
+  /// inwards. Edge e of `entry` lies over edge turn − e (mod 4) of `exit`.
+  struct Hole {
+    Part entry;
+    Part exit;
+    std::uint32_t turn = 0;
+    std::uint32_t segments = 1;
+    bool filled = false;  ///< Both leaves are back, the wall is no more.
+  };
+  /// Makes a hole with straight walls; coarser leaves around its ends are cut first. Fails, with the mesh as it was, if
+  /// an end is not a leaf, or they are not of one rank, touch each other or have a pole.
+  Result<LeafChange> OpenHole(const Hole& hole);
+  /// Fills a hole: leaves that its rims' edges bound, no longer C1 with their neighbours. Fails, with the mesh as it
+  /// was, if a part of its wall is not a leaf of level 0, or it is filled.
+  Result<LeafChange> FillHole(std::size_t hole);
+  /// In the order in which they were made.
+  [[nodiscard]] const std::vector<Hole>& holes() const { return holes_; }
+  /// The number of the hole that has taken out an address; holes().size() if none has.
+  [[nodiscard]] std::size_t HoleAt(const ClayAddress& address) const;
+  /// Number of the first base patch of a hole's wall.
+  [[nodiscard]] std::uint32_t FirstWall(std::size_t hole) const;
+
   /// Leaves by base patch, and in it by quarters in the order of its corners.
   [[nodiscard]] std::vector<PatchIndex> LeavesInOrder() const;
   /// The leaf that is just this part; kNoIndex: there is none.
@@ -112,7 +140,7 @@ class ClayMesh {
   /// Splits until the part is a leaf or lies in leaves.
   void SplitTo(const Part& part);
 
-  [[nodiscard]] std::size_t base_count() const { return bases_; }
+  [[nodiscard]] std::size_t base_count() const { return roots_.size() + wall_nodes_.size(); }
   /// Leaves there are.
   [[nodiscard]] std::size_t leaf_count() const { return leaves_; }
   /// Slots of leaves: some may be free (ClayPatch::node == kNoIndex).
@@ -124,7 +152,17 @@ class ClayMesh {
   /// Where a vertex stands, mm.
   [[nodiscard]] const Eigen::Vector3d& Position(VertexIndex index) const;
 
-  /// The leaf that holds an address, and the address's parameters in it. Requires a number below base_count().
+  /// Of the quadtrees.
+  struct Node {
+    std::uint32_t parent = kNoIndex;
+    std::array<std::uint32_t, 4> child{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+    PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
+  };
+  /// Some may be free; one without parent is a base patch's; one without leaf and children was taken out by a hole.
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+
+  /// The leaf that holds an address, and the address's parameters in it; kNoIndex if a hole has taken it out. Requires
+  /// a number below base_count().
   struct Leaf {
     PatchIndex patch = kNoIndex;
     double u = 0.0;
@@ -138,6 +176,15 @@ class ClayMesh {
   /// across an outer edge, and the patch made of their outer corners has all their control points within `tolerance`
   /// mm. Else nothing changes.
   LeafChange Merge(PatchIndex index, double tolerance);
+  /// Whether Merge would.
+  [[nodiscard]] bool Merges(PatchIndex index, double tolerance) const {
+    return WholeWith(index, tolerance).has_value();
+  }
+
+  /// The leaf and the three others that are the quarters of one whole, by corner; all kNoIndex if there is no whole, or
+  /// not all of them are leaves.
+  [[nodiscard]] std::array<PatchIndex, 4> QuartersWith(PatchIndex index) const;
+  [[nodiscard]] PatchIndex FirstQuarter(PatchIndex index) const { return QuartersWith(index)[0]; }
 
   /// Control points of one leaf; what is slaved to them follows only with PullSlaves.
   void SetNet(PatchIndex index, const BezierPatch::ControlNet& net) { patches_[index].net = net; }
@@ -146,13 +193,11 @@ class ClayMesh {
   void PullSlaves(PatchIndex index, const NetOf& net_of, BezierPatch::ControlNet& net) const;
 
  private:
-  struct Node {
-    std::uint32_t parent = kNoIndex;
-    std::array<std::uint32_t, 4> child{kNoIndex, kNoIndex, kNoIndex, kNoIndex};
-    PatchIndex patch = kNoIndex;  ///< A leaf's; kNoIndex: it has children.
-  };
-
-  /// The node of the part, or the leaf's that holds it.
+  [[nodiscard]] std::uint32_t RootOf(std::uint32_t base) const {
+    return base < roots_.size() ? base : wall_nodes_[base - roots_.size()];
+  }
+  [[nodiscard]] bool HasChildren(const Node& node) const { return node.child[0] != kNoIndex; }
+  /// The node of the part, or that of the leaf or of the hole that it lies in.
   [[nodiscard]] std::uint32_t NodeToward(const Part& part) const;
   [[nodiscard]] PatchIndex NewPatch();
   [[nodiscard]] VertexIndex NewVertex();
@@ -164,15 +209,23 @@ class ClayMesh {
   void JoinChildren(const ClayPatch& parent, const std::array<PatchIndex, 4>& child);
   void JoinParent(PatchIndex parent, const std::array<PatchIndex, 4>& child);
   [[nodiscard]] std::array<PatchIndex, 4> MakeChildren(PatchIndex index, const ClayPatch& parent);
+  [[nodiscard]] std::optional<BezierPatch::ControlNet> WholeWith(PatchIndex index, double tolerance) const;
   PatchIndex MakeParent(const std::array<ClayPatch, 4>& part, const BezierPatch::ControlNet& whole, std::uint32_t node);
   void PullNow(PatchIndex index);
+  void SplitCoarserAround(PatchIndex index, LeafChange& change);
+  std::vector<PatchIndex> MakeWall(const Hole& hole, const ClayPatch& entry, const ClayPatch& exit);
+  void JoinWall(const Hole& hole, const std::vector<PatchIndex>& wall, const ClayPatch& entry, const ClayPatch& exit);
+  void TakeOver(const ClayJoin& join, PatchIndex wall, std::uint8_t edge);
+  void TakeOut(PatchIndex index);
+  PatchIndex PutBack(const Part& part, std::uint32_t rank);
 
-  std::size_t bases_ = 0;
   std::vector<Base> roots_;  ///< As they were joined.
   std::size_t leaves_ = 0;
   std::vector<ClayPatch> patches_;
   std::vector<ClayVertex> vertices_;
-  std::vector<Node> nodes_;  ///< The first base_count() are the roots.
+  std::vector<Node> nodes_;                ///< The first are those of the patches of which the body was made.
+  std::vector<std::uint32_t> wall_nodes_;  ///< Of the holes' walls.
+  std::vector<Hole> holes_;
   std::vector<PatchIndex> free_patches_;
   std::vector<VertexIndex> free_vertices_;
   std::vector<std::uint32_t> free_nodes_;

@@ -112,9 +112,9 @@ class ClayMeshBuilder {
 
   Result<ClayMesh> Finished() {
     for (const ClayPatch& patch : mesh_.patches_) mesh_.roots_.push_back({patch.vertex, patch.join});
-    mesh_.bases_ = mesh_.leaves_ = mesh_.patches_.size();
-    mesh_.nodes_.resize(mesh_.bases_);
-    for (PatchIndex p = 0; p < mesh_.bases_; ++p) {
+    mesh_.leaves_ = mesh_.patches_.size();
+    mesh_.nodes_.resize(mesh_.leaves_);
+    for (PatchIndex p = 0; p < mesh_.leaves_; ++p) {
       mesh_.patches_[p].base = mesh_.patches_[p].node = p;
       mesh_.nodes_[p].patch = p;
     }

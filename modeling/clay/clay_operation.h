@@ -37,9 +37,12 @@ struct PushAct {
 };
 
 /// 穴をあける・ひろげる・閉じる: finger, spatula. Make: a dent as deep as `depth_mm`, steep and flat at its bottom, in
-/// steps of half its radius. Widen and close: a hole that is there, to `factor` times its radius.
+/// steps of half its radius. Through: to the far side, along the direction, with four straight walls that leave as much
+/// room as the tool's circle; the skin has edges there. Its middle is that of the leaf which holds the address. Widen
+/// and close: a hole that is there, to `factor` times its radius; one that goes through is held by a place that it has
+/// taken out. Fill: such a hole is no more.
 struct HoleAct {
-  enum class How { kMake, kWiden, kClose };
+  enum class How { kMake, kThrough, kWiden, kClose, kFill };
   ToolHold hold;
   How how = How::kMake;
   double depth_mm = 10.0;
@@ -132,7 +135,7 @@ struct ClayMask {
 struct ClayPractice {
   bool mirrored = false;        ///< Each act that has a place acts at its image beyond x = 0, too.
   std::vector<ClayMask> masks;  ///< Where they were when the practice began is not remembered: they move with the skin.
-  double merge_mm = 1e-9;       ///< Patches that differ by less from an undivided one are merged.
+  double merge_mm = 1e-11;      ///< Patches that differ by less from an undivided one are merged.
 };
 
 /// What an operation did, mm and mm³.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "modeling/clay/clay_closest.h"
+#include "modeling/clay/clay_hole.h"
 #include "modeling/clay/clay_operation.h"
 #include "modeling/clay/clay_smooth.h"
 #include "modeling/clay/clay_stroke.h"
@@ -20,6 +21,11 @@ using Eigen::Vector3d;
 constexpr double kSpatulaLength = 3.0;  ///< Over its half width, where nothing else is said.
 constexpr double kLeafOverRadius = 0.5;
 constexpr double kMostSteps = 1000.0;  ///< Of a hole, and of a line in radii.
+
+Status InAHole(const std::string& operation, const ClayAddress& at) {
+  return Fail(fmt::format("perform '{}' on the clay", operation),
+              fmt::format("patch {} at u {:g}, v {:g} is in a hole", at.patch, at.u, at.v), "give a place on the skin");
+}
 
 Status OutOfRange(const std::string& operation, const std::string& name, double value, const char* range) {
   return Fail(fmt::format("perform '{}' on the clay", operation), fmt::format("{} is {:g}", name, value),
@@ -46,6 +52,7 @@ class Ranges {
       status_ = Fail(fmt::format("perform '{}' on the clay", operation_), fmt::format("there is no patch {}", at.patch),
                      fmt::format("give a number below {}", body.mesh().base_count()));
     }
+    if (status_ && body.mesh().Locate(at).patch == kNoIndex) status_ = InAHole(operation_, at);
     return Within("u", at.u, 0.0, 1.0).Within("v", at.v, 0.0, 1.0);
   }
   Ranges& Hold(const ClayBody& body, const ToolHold& hold) {
@@ -112,11 +119,18 @@ class Performer {
   }
 
   Status operator()(const HoleAct& act) {
+    const std::size_t holes = body_.mesh().holes().size();
+    const bool known = act.hold.at.patch < body_.mesh().base_count();
+    const std::size_t hole = known ? body_.mesh().HoleAt(act.hold.at) : holes;
+    if (act.how == HoleAct::How::kFill) return Fill(act, hole);
+    const bool changes = act.how == HoleAct::How::kWiden || act.how == HoleAct::How::kClose;
+    if (changes && hole < holes) return WidenThrough(act, hole);
     RETURN_IF_ERROR(Ranges("hole")
                         .Hold(body_, act.hold)
                         .Within("depth_mm", act.depth_mm, 0.0, 1e4)
                         .Within("factor", act.factor, 1.0 + 1e-9, 10.0)
                         .status());
+    if (act.how == HoleAct::How::kThrough) return GoThrough(act);
     if (act.how != HoleAct::How::kMake) return Widen(act);
     // Step by step, as a finger does: each time the bottom is where the last step left it.
     const double step = 0.5 * act.hold.radius_mm;
@@ -305,6 +319,75 @@ class Performer {
     });
   }
 
+  Status GoThrough(const HoleAct& act) {
+    for (const ToolHold& hold : Holds(act.hold)) {
+      if (body_.mesh().Locate(hold.at).patch == kNoIndex) return InAHole("hole", hold.at);
+      const auto plan = PlanHole(body_, hold.at, -PlaceOf(body_, hold, 1.0).out, hold.radius_mm);
+      if (!plan) return Fail(plan);
+      RETURN_IF_ERROR(body_.OpenHole(*plan));
+      RETURN_IF_ERROR(SizeHole(body_.mesh().holes().size() - 1, hold.radius_mm));
+    }
+    return {};
+  }
+
+  /// A hole that goes through gets a radius, in steps that do not fold the skin around it; what it takes out or leaves
+  /// free swells or shrinks the body.
+  Status SizeHole(std::size_t hole, double radius) {
+    constexpr int kSteps = 20;
+    for (int step = 0; step < kSteps; ++step) {
+      const HoleLine line = LineOf(body_, hole);
+      const double now = line.radius_mm;
+      if (!(now > 0.0)) break;
+      const double factor = std::clamp(radius / now, 0.5, 1.25);
+      ToolPlace place;
+      place.origin = 0.5 * (line.from + line.to);
+      place.out = (line.from - line.to).normalized();
+      place.along = place.out.unitOrthogonal();
+      place.radius_along = place.radius_across = factor > 1.0 ? now : 1.5 * now;
+      place.reach = 0.6 * (line.to - line.from).norm() + now;
+      ClayStroke stroke;
+      stroke.places.push_back({line.middle, place.origin, 2.0 * place.reach + 6.0 * now, 1e12});
+      if (factor > 1.0) {
+        stroke.places.push_back({line.first, line.from, 6.0 * now, now});
+        stroke.places.push_back({line.last, line.to, 6.0 * now, now});
+        stroke.direct = MakeRoomField(place, factor - 1.0);
+      } else {
+        // What only comes nearer is fine enough.
+        stroke.direct = WidenField(place, factor - 1.0);
+      }
+      RETURN_IF_ERROR(Do(stroke));
+      if (factor == radius / now) return {};
+    }
+    return Fail("perform 'hole' on the clay", fmt::format("it does not get a radius of {:g} mm", radius),
+                "take a tool nearer to the size of the hole, or another place");
+  }
+
+  /// Holes that go through are held by the places that they have taken out.
+  Status WidenThrough(const HoleAct& act, std::size_t hole) {
+    RETURN_IF_ERROR(CheckRims(hole));
+    RETURN_IF_ERROR(Ranges("hole").Within("factor", act.factor, 1.0 + 1e-9, 10.0).status());
+    const double factor = act.how == HoleAct::How::kWiden ? act.factor : 1.0 / act.factor;
+    return SizeHole(hole, factor * LineOf(body_, hole).radius_mm);
+  }
+
+  [[nodiscard]] Status CheckRims(std::size_t hole) const {
+    if (HasWholeRims(body_.mesh(), hole)) return {};
+    return Fail("perform 'hole' on the clay", "another hole goes through its wall", "close that one first");
+  }
+
+  /// What fills it shrinks the body.
+  Status Fill(const HoleAct& act, std::size_t hole) {
+    if (hole >= body_.mesh().holes().size()) {
+      return Fail("perform 'hole' on the clay",
+                  fmt::format("no hole goes through at patch {}, u {:g}, v {:g}", act.hold.at.patch, act.hold.at.u,
+                              act.hold.at.v),
+                  "give a place that the hole has taken out, such as the one where it was made");
+    }
+    RETURN_IF_ERROR(CheckRims(hole));
+    RETURN_IF_ERROR(body_.FillHole(hole));
+    return Do({});
+  }
+
   Status TakeOff(const ToolHold& hold, double depth, const ClayField& roughness) {
     return Stroke(Holds(hold), [&](const ToolHold& one, ClayStroke& stroke) {
       const ToolPlace place = PlaceOf(body_, one, 4.0 * (depth + one.radius_mm));
@@ -401,6 +484,14 @@ class Performer {
   ClayReport report_;
 };
 
+/// One stroke is whole or nothing; what consists of several goes back to where it began.
+bool HasSeveralStrokes(const ClayAct& act) {
+  if (std::holds_alternative<HoleAct>(act)) return true;
+  if (const auto* line = std::get_if<LineAct>(&act)) return line->how == LineAct::How::kErase;
+  if (const auto* smooth = std::get_if<SmoothAct>(&act)) return smooth->passes > 1;
+  return std::holds_alternative<TearAct>(act);
+}
+
 }  // namespace
 
 Result<ClayReport> Perform(ClayBody& body, const ClayAct& act, const ClayPractice& practice) {
@@ -410,11 +501,8 @@ Result<ClayReport> Perform(ClayBody& body, const ClayAct& act, const ClayPractic
   RETURN_IF_ERROR(masks.Within("merge_mm", practice.merge_mm, 0.0, 1e3).status());
   const double volume = body.volume();
   const double kept = body.kept_volume();
-  // One stroke is whole or nothing; what consists of several goes back to here.
-  const bool several = std::holds_alternative<HoleAct>(act) || std::holds_alternative<TearAct>(act) ||
-                       std::holds_alternative<SmoothAct>(act) || std::holds_alternative<LineAct>(act);
   std::optional<ClayBody> safe;
-  if (several) safe = body;
+  if (HasSeveralStrokes(act)) safe = body;
   Performer performer(body, practice);
   const Status done = std::visit(performer, act);
   if (!done && safe) body = std::move(*safe);

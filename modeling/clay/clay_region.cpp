@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <unordered_set>
+#include <vector>
 
 namespace annulus {
 namespace {
@@ -24,10 +24,11 @@ AlignedBox3d BoxOf(const ClayPatch& patch) {
 }
 
 void AppendVertices(const ClayMesh& mesh, ClayRegion& region) {
-  std::unordered_set<VertexIndex> seen;
+  std::vector<bool> seen(mesh.vertex_slots(), false);
   for (const PatchIndex index : region.patches) {
     for (const VertexIndex vertex : mesh.patch(index).vertex) {
-      if (seen.insert(vertex).second) region.vertices.push_back(vertex);
+      if (!seen[vertex]) region.vertices.push_back(vertex);
+      seen[vertex] = true;
     }
   }
 }
@@ -36,14 +37,15 @@ void AppendVertices(const ClayMesh& mesh, ClayRegion& region) {
 
 ClayRegion RegionAround(const ClayMesh& mesh, PatchIndex start, const Vector3d& centre, double radius) {
   ClayRegion region;
-  std::unordered_set<PatchIndex> seen{start};
+  std::vector<bool> seen(mesh.patches().size(), false);
+  seen[start] = true;
   region.patches.push_back(start);
   for (std::size_t n = 0; n < region.patches.size(); ++n) {
     for (const ClayJoin& join : mesh.patch(region.patches[n]).join) {
       for (const PatchIndex other : join.patch) {
-        if (other == kNoIndex || seen.count(other) != 0) continue;
+        if (other == kNoIndex || seen[other]) continue;
+        seen[other] = true;
         if (BoxOf(mesh.patch(other)).squaredExteriorDistance(centre) > radius * radius) continue;
-        seen.insert(other);
         region.patches.push_back(other);
       }
     }
@@ -63,21 +65,18 @@ ClayRegion WholeBody(const ClayMesh& mesh) {
 
 Status RefineAround(ClayBody& body, const ClayAddress& address, const Vector3d& centre, double radius, double size) {
   const std::size_t most = body.mesh().leaf_count() + kMostMade;
-  for (bool cut = true; cut;) {
-    cut = false;
-    const ClayRegion region = RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius);
-    for (const PatchIndex index : region.patches) {
-      // One that was cut with a finer one may be no more, or another.
-      if (!body.mesh().alive(index) || body.mesh().patch(index).level >= kDeepest) continue;
-      const AlignedBox3d box = BoxOf(body.mesh().patch(index));
-      if (box.sizes().maxCoeff() <= size || box.squaredExteriorDistance(centre) > radius * radius) continue;
-      body.Split(index);
-      cut = true;
-      if (body.mesh().leaf_count() <= most) continue;
-      return Fail("cut the clay as fine as the tool needs it",
-                  fmt::format("leaves of {:g} mm within {:g} mm are more than {}", size, radius, kMostMade),
-                  "take a larger tool, or let it reach less far");
-    }
+  std::vector<PatchIndex> open = RegionAround(body.mesh(), body.mesh().Locate(address).patch, centre, radius).patches;
+  for (std::size_t n = 0; n < open.size(); ++n) {
+    // One that was cut with a finer one may be no more, or another that was made.
+    if (!body.mesh().alive(open[n]) || body.mesh().patch(open[n]).level >= kDeepest) continue;
+    const AlignedBox3d box = BoxOf(body.mesh().patch(open[n]));
+    if (box.sizes().maxCoeff() <= size || box.squaredExteriorDistance(centre) > radius * radius) continue;
+    const std::vector<PatchIndex> made = body.Split(open[n]);
+    open.insert(open.end(), made.begin(), made.end());
+    if (body.mesh().leaf_count() <= most) continue;
+    return Fail("cut the clay as fine as the tool needs it",
+                fmt::format("leaves of {:g} mm within {:g} mm are more than {}", size, radius, kMostMade),
+                "take a larger tool, or let it reach less far");
   }
   return {};
 }

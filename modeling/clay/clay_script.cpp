@@ -63,6 +63,15 @@ class Fields {
     for (const auto& [one, value] : values) names += (names.empty() ? "" : ", ") + one;
     throw BadStep{reader_.Refuse(fmt::format("{} is '{}', none of {}", reader_.Named(key), text, names)).value()};
   }
+  /// false unless given.
+  bool Flag(const char* key) {
+    if (!Has(key)) return false;
+    if (!json_.at(key).is_boolean()) Refuse(key, "is neither true nor false");
+    return json_.at(key).get<bool>();
+  }
+  [[noreturn]] void Refuse(const char* key, const char* why) const {
+    throw BadStep{reader_.Refuse(fmt::format("{} {}", reader_.Named(key), why)).value()};
+  }
   ClayAddress Address() {
     ClayAddress at;
     if (!Has("patch")) throw BadStep{reader_.Refuse(reader_.Named("patch") + " is missing").value()};
@@ -165,6 +174,10 @@ ClayStep Hole(Fields& fields) {
       fields.OneOf<How>("how", {{"make", How::kMake}, {"widen", How::kWiden}, {"close", How::kClose}}, How::kMake);
   act.depth_mm = fields.Number("depth_mm", act.depth_mm);
   act.factor = fields.Number("factor", act.factor);
+  if (fields.Flag("through")) {
+    if (act.how == How::kWiden) fields.Refuse("through", "is for making and closing a hole");
+    act.how = act.how == How::kMake ? How::kThrough : How::kFill;
+  }
   return {act, {}, {}};
 }
 
@@ -338,7 +351,13 @@ Result<ClayReport> Perform(ClayBody& body, const ClayStep& step, const ClayPract
   if (step.axis) {
     for (const ClayEnd& end : *step.axis) {
       const auto* at = std::get_if<ClayAddress>(&end);
-      if (at == nullptr || at->patch < body.mesh().base_count()) continue;
+      if (at == nullptr) continue;
+      if (at->patch < body.mesh().base_count()) {
+        if (body.mesh().Locate(*at).patch != kNoIndex) continue;
+        return Fail(fmt::format("perform '{}' on the clay", NameOf(step.act)),
+                    fmt::format("patch {} at u {:g}, v {:g} is in a hole", at->patch, at->u, at->v),
+                    "give a place on the skin");
+      }
       return Fail(fmt::format("perform '{}' on the clay", NameOf(step.act)),
                   fmt::format("there is no patch {}", at->patch),
                   fmt::format("give a number below {}", body.mesh().base_count()));

@@ -67,6 +67,11 @@ Matrix3d BestMap(const std::vector<Vector3d>& step, const std::vector<Vector3d>&
 
 Result<ClayChange> SmoothOnce(ClayBody& body, const std::vector<SmoothSpot>& spots, double amount,
                               const MaskWeight& mask) {
+  std::vector<ClayBody::FormerLeaf> former;
+  for (const SmoothSpot& spot : spots) {
+    const auto more = CoarsenAround(body, {spot.at, spot.centre, spot.radius_mm, 0.5 * spot.radius_mm});
+    former.insert(former.end(), more.begin(), more.end());
+  }
   const ClayMesh& mesh = body.mesh();
   std::vector<VertexIndex> vertices;
   std::unordered_set<VertexIndex> held;
@@ -113,7 +118,9 @@ Result<ClayChange> SmoothOnce(ClayBody& body, const std::vector<SmoothSpot>& spo
     deformation.direct.push_back({vertices[n], direct.move, direct.gradient});
     deformation.indirect.push_back({vertices[n], indirect.move, indirect.gradient});
   }
-  return body.Deform(deformation, VolumeRule::kKept);
+  auto change = body.Deform(deformation, VolumeRule::kKept);
+  if (!change) body.Restore(former);
+  return change;
 }
 
 }  // namespace annulus

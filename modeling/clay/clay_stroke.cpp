@@ -8,6 +8,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// Detail that may go where leaves are finer than the tool needs them, over the size of leaf that it needs.
+constexpr double kDetail = 5e-3;
+
 /// The vertices that the stroke's places hold, each once.
 std::vector<VertexIndex> VerticesOf(const ClayBody& body, const std::vector<StrokePlace>& places) {
   if (places.empty()) return WholeBody(body.mesh()).vertices;
@@ -72,10 +75,9 @@ std::vector<GroupMotion> MotionsOf(const ClayMesh& mesh, const std::vector<Verte
   return motions;
 }
 
-Result<ClayChange> Carry(ClayBody& body, const ClayStroke& stroke, const MaskWeight& mask) {
-  for (const StrokePlace& place : stroke.places) {
-    RETURN_IF_ERROR(RefineAround(body, place.at, place.centre, place.radius_mm, place.leaf_mm));
-  }
+namespace {
+
+Result<ClayChange> Deform(ClayBody& body, const ClayStroke& stroke, const MaskWeight& mask) {
   const std::vector<VertexIndex> vertices = VerticesOf(body, stroke.places);
   ClayDeformation deformation;
   deformation.direct = MotionsOf(body.mesh(), vertices, stroke.direct, mask);
@@ -92,6 +94,31 @@ Result<ClayChange> Carry(ClayBody& body, const ClayStroke& stroke, const MaskWei
   if (!change) return change;
   change->k = body.ScaleToKept(MiddleOf(body));
   change->volume_after_mm3 = body.volume();
+  return change;
+}
+
+}  // namespace
+
+std::vector<ClayBody::FormerLeaf> CoarsenAround(ClayBody& body, const StrokePlace& place) {
+  if (place.leaf_mm > place.radius_mm) return {};
+  const PatchIndex start = body.mesh().Locate(place.at).patch;
+  const ClayRegion region = RegionAround(body.mesh(), start, place.centre, place.radius_mm);
+  return body.Coarsen(region.patches, place.leaf_mm, kDetail * place.leaf_mm);
+}
+
+Result<ClayChange> Carry(ClayBody& body, const ClayStroke& stroke, const MaskWeight& mask) {
+  for (const StrokePlace& place : stroke.places) {
+    RETURN_IF_ERROR(RefineAround(body, place.at, place.centre, place.radius_mm, place.leaf_mm));
+  }
+  std::vector<ClayBody::FormerLeaf> former;
+  // What only comes off is not to take the clay of a merged leaf with it.
+  for (const StrokePlace& place : stroke.places) {
+    if (stroke.rule != VolumeRule::kKept) break;
+    const auto more = CoarsenAround(body, place);
+    former.insert(former.end(), more.begin(), more.end());
+  }
+  auto change = Deform(body, stroke, mask);
+  if (!change) body.Restore(former);
   return change;
 }
 

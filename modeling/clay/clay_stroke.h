@@ -12,7 +12,8 @@
 
 namespace annulus {
 
-/// Where a stroke acts: the skin around an address that hangs together with it, cut to leaves no larger than `leaf_mm`.
+/// Where a stroke acts: the skin around an address that hangs together with it, cut to leaves no larger than `leaf_mm`;
+/// if that is more than the radius, it stays cut as it is.
 struct StrokePlace {
   ClayAddress at;
   Eigen::Vector3d centre;
@@ -47,6 +48,11 @@ class MaskWeight {
 /// Motions of the vertices of a region by a field, weighed; those that do not move are left out.
 [[nodiscard]] std::vector<GroupMotion> MotionsOf(const ClayMesh& mesh, const std::vector<VertexIndex>& vertices,
                                                  const ClayField& field, const MaskWeight& mask);
+
+/// Merges what an earlier operation left finer around a place than this one needs it, where that loses next to nothing
+/// (5e-3 of the size that it needs). The volume that this changes is part of this operation's eq. 8. Returns what
+/// ClayBody::Restore takes.
+std::vector<ClayBody::FormerLeaf> CoarsenAround(ClayBody& body, const StrokePlace& place);
 
 /// Refines, deforms, and scales where the stroke says so. The surface is the same as before, if perhaps cut finer, when
 /// it fails.

@@ -20,6 +20,15 @@ const ControlNet& Nothing() {
   return zero;
 }
 
+bool IsNothing(const ControlNet& net) {
+  for (const auto& row : net) {
+    for (const Vector3d& point : row) {
+      if (!point.isZero(0.0)) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 ClayTrial::ClayTrial(const ClayMesh& mesh, VisitMarks& marks, const ClayDeformation& deformation)
@@ -27,6 +36,7 @@ ClayTrial::ClayTrial(const ClayMesh& mesh, VisitMarks& marks, const ClayDeformat
   marks_.Begin(mesh.patches().size());
   Move(deformation);
   Slave();
+  for (const ControlNet& net : along_) follows_.push_back(!IsNothing(net));
 }
 
 std::uint32_t ClayTrial::Touch(PatchIndex index) {
@@ -36,9 +46,9 @@ std::uint32_t ClayTrial::Touch(PatchIndex index) {
   touched_.push_back(index);
   at_.push_back(mesh_.patch(index).net);
   along_.push_back(Nothing());
-  const std::size_t level = mesh_.patch(index).level;
-  if (by_level_.size() <= level) by_level_.resize(level + 1);
-  by_level_[level].push_back(index);
+  const std::size_t rank = mesh_.patch(index).rank;
+  if (by_rank_.size() <= rank) by_rank_.resize(rank + 1);
+  by_rank_[rank].push_back(index);
   return slot;
 }
 
@@ -67,10 +77,10 @@ void ClayTrial::Slave() {
   const auto along = [this](PatchIndex index) -> const ControlNet& {
     return marks_.Has(index) ? along_[marks_.Slot(index)] : Nothing();
   };
-  // A finer leaf is slaved to coarser ones only: level by level all of them are what they will be.
-  for (std::size_t level = 0; level < by_level_.size(); ++level) {
-    for (std::size_t n = 0; n < by_level_[level].size(); ++n) {
-      const PatchIndex index = by_level_[level][n];
+  // A finer leaf is slaved to coarser ones only: rank by rank all of them are what they will be.
+  for (std::size_t rank = 0; rank < by_rank_.size(); ++rank) {
+    for (std::size_t n = 0; n < by_rank_[rank].size(); ++n) {
+      const PatchIndex index = by_rank_[rank][n];
       const std::uint32_t slot = marks_.Slot(index);
       mesh_.PullSlaves(index, at, at_[slot]);
       mesh_.PullSlaves(index, along, along_[slot]);
@@ -85,12 +95,19 @@ void ClayTrial::Slave() {
 
 Cubic ClayTrial::VolumeAlong(const Vector3d& apex) const {
   Cubic sum;
-  for (std::size_t n = 0; n < touched_.size(); ++n) sum += ConeVolumeAlong(at_[n], along_[n], apex);
+  for (std::size_t n = 0; n < touched_.size(); ++n) {
+    if (follows_[n]) {
+      sum += ConeVolumeAlong(at_[n], along_[n], apex);
+    } else {
+      sum.c[0] += ConeVolume(at_[n], apex);
+    }
+  }
   return sum;
 }
 
 ControlNet ClayTrial::NetAt(std::size_t n, double k) const {
   ControlNet net = at_[n];
+  if (!follows_[n]) return net;
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 4; ++j) net[i][j] += k * along_[n][i][j];
   }

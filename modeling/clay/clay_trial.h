@@ -55,6 +55,8 @@ class ClayTrial {
   [[nodiscard]] const std::vector<PatchIndex>& touched() const { return touched_; }
   /// Σ of the cones of the touched leaves, mm³, as a polynomial of k.
   [[nodiscard]] Cubic VolumeAlong(const Eigen::Vector3d& apex) const;
+  /// Whether k moves the n-th touched leaf.
+  [[nodiscard]] bool Follows(std::size_t n) const { return follows_[n]; }
   /// Net of the n-th touched leaf.
   [[nodiscard]] BezierPatch::ControlNet NetAt(std::size_t n, double k) const;
 
@@ -66,9 +68,10 @@ class ClayTrial {
   const ClayMesh& mesh_;
   VisitMarks& marks_;
   std::vector<PatchIndex> touched_;
-  std::vector<std::vector<PatchIndex>> by_level_;
+  std::vector<std::vector<PatchIndex>> by_rank_;
   std::vector<BezierPatch::ControlNet> at_;
   std::vector<BezierPatch::ControlNet> along_;
+  std::vector<bool> follows_;
 };
 
 }  // namespace annulus

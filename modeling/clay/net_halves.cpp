@@ -1,6 +1,7 @@
 #include "modeling/clay/net_halves.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "modeling/clay/clay_mesh.h"
@@ -71,10 +72,10 @@ double LargestDistance(const std::array<ControlNet, 4>& a, const std::array<Cont
   double largest = 0.0;
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) largest = std::max(largest, (a[c][i][j] - b[c][i][j]).norm());
+      for (std::size_t j = 0; j < 4; ++j) largest = std::max(largest, (a[c][i][j] - b[c][i][j]).squaredNorm());
     }
   }
-  return largest;
+  return std::sqrt(largest);
 }
 
 }  // namespace annulus

@@ -17,6 +17,7 @@ COUNTERS = {"to_coefficients_ms": "samples to coefficients {:.4g} ms", "coeffici
             "solver_steps": "{:.0f} solver steps", "largest_difference_mm": "within {:.1e} mm of ours",
             "bytes_per_sample": "{:.0f} B per sample", "longest_preview_ms": "longest preview {:.3g} ms",
             "after_last_level_ms": "longest end {:.3g} ms", "lost_frames": "{:.0f} frames lost", "levels": "{:.0f} levels",
+            "touched": "{:.0f} patches touched", "patches": "of {:.0f}", "volume_error": "volume within {:.1e} of itself",
             "cpu_percent_at_50": "{:.2g} % of a core at 50 levels/s"}
 
 
@@ -29,6 +30,15 @@ def print_benchmarks(results):
         rate = f"{run['items_per_second'] / 1e6:.2f} M items/s" if "items_per_second" in run else ""
         notes = [text.format(run[key]) for key, text in COUNTERS.items() if isinstance(run.get(key), float)]
         print(f"| {run['name']} | {run['real_time']:.4g} {run['time_unit']} | {rate} | {', '.join(notes)} |")
+
+
+def print_searches(results):
+    """k of the clay's volume equation by bisection over the whole body, over ours; above 1 we are faster."""
+    times = {run["name"]: run["cpu_time"] for run in results["benchmarks"] if not run.get("error_occurred")}
+    for name, naive in times.items():
+        ours = times.get(name.replace("NaiveSearchForK", "OurSearchForK"))
+        if name.startswith("NaiveSearchForK/") and ours:
+            print(f"\n{name}: {naive / ours:.0f} times the processor time of OurSearchForK")
 
 
 def print_peers(ours, peers):
@@ -59,6 +69,7 @@ def print_renderers(contests):
 
 def main(arguments):
     print_benchmarks(load(arguments[1]))
+    print_searches(load(arguments[1]))
     results = [(name, rows) for path in arguments[3:] for name, rows in load(path).items()]
     print_peers(load(arguments[2])["annulus"], [(f"{name}, cleaned scan", rows) for name, rows in results if name == "fitpack"])
     for name, rows in results:

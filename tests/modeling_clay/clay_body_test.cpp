@@ -106,6 +106,50 @@ TEST(ClayBody, RefusesWhatWouldCrossAndStaysAsItWas) {
   EXPECT_NEAR(body.Point({21, 0.0, 0.0}).z(), 0.0, 1e-15);
 }
 
+TEST(ClayBody, RefusesPatchesThatCrossTheirNeighbours) {
+  // A cube, three patches wide. The middle of its side x = 3 is bent in, upwards over the edge and back down through
+  // the top, which it shares that edge with: in x and z a cubic from (3, 0) by (0, 1.8) and (1, −4) to (3, −6), through
+  // z = 0 near x = 1.4.
+  ClayBody body = Body(ClayBlock(6.0, 6.0, 3, 1));
+  ClayDeformation deformation;
+  for (VertexIndex vertex = 0; vertex < body.mesh().vertex_slots(); ++vertex) {
+    const Vector3d place = body.mesh().Position(vertex);
+    if (place.x() < 2.0 || std::abs(place.y()) > 2.0) continue;
+    Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+    gradient.col(2) = place.z() > -3.0 ? Vector3d(1.5, 0.0, -1.9) : Vector3d(-1.0, 0.0, 0.0);
+    deformation.direct.push_back({vertex, Vector3d::Zero(), gradient});
+  }
+  const auto change = body.Deform(deformation, VolumeRule::kFreed);
+  ASSERT_FALSE(change);
+  EXPECT_NE(change.error().seen.find("would cross"), std::string::npos) << change.error().Text();
+  // Half of it only bends the side.
+  for (GroupMotion& motion : deformation.direct) motion.gradient.col(2) *= 0.4;
+  EXPECT_TRUE(body.Deform(deformation, VolumeRule::kFreed));
+}
+
+/// Nets of all leaves, in order.
+std::vector<BezierPatch::ControlNet> NetsOf(const ClayBody& body) {
+  std::vector<BezierPatch::ControlNet> nets;
+  for (const PatchIndex leaf : body.mesh().LeavesInOrder()) nets.push_back(body.mesh().patch(leaf).net);
+  return nets;
+}
+
+TEST(ClayBody, CoarsensWithinItsToleranceAndRestoresToTheBit) {
+  ClayBody body = Body(test::RoundBlock());
+  ASSERT_TRUE(Carry(body, DentStroke(body, 0.05, 1.0, 2.0), MaskWeight(body, {})));
+  const auto before = NetsOf(body);
+  const double volume = body.volume();
+  const Vector3d place = body.Point({21, 0.3, 0.2});
+  const auto former = body.Coarsen(WholeBody(body.mesh()).patches, 0.6, 0.02);
+  EXPECT_LT(body.mesh().leaf_count(), before.size());
+  EXPECT_EQ(test::Unsound(body.mesh(), 1e-9), "");
+  EXPECT_NE(body.volume(), volume);
+  EXPECT_LE((body.Point({21, 0.3, 0.2}) - place).norm(), 0.03);
+  body.Restore(former);
+  EXPECT_EQ(NetsOf(body), before);
+  EXPECT_NEAR(body.volume(), volume, 1e-14 * volume);
+}
+
 TEST(ClayBody, RefusesWhatNothingTakesUp) {
   ClayBody body = Body(ClayBlock());
   ClayStroke stroke = DentStroke(body, 0.2, 1.0, 2.0);

@@ -28,6 +28,9 @@ class Clay(ProgramTest):
             self.assertAlmostEqual(one["volume_after_mm3"], 108.0, delta=1e-10)
             self.assertEqual(one["moved_mm3"], 0)
             self.assertGreater(one["k"], 0)
+        self.assertLessEqual(report["joins"]["largest_gap_mm"], 1e-9)
+        self.assertLessEqual(report["joins"]["largest_kink_rad"], 1e-6)
+        self.assertLessEqual(report["joins"]["largest_kink_elsewhere_rad"], 1e-3)
 
     def test_the_teapot_says_that_its_volume_is_signed(self):
         report = self.report("--in", "teapot")
@@ -51,6 +54,20 @@ class Clay(ProgramTest):
         self.assertEqual(self.read("a.json"), self.read("b.json"))
         self.succeeds("clay", "--in", "a.json", "--ops", ops, "--out", "twice.json")
         self.assertEqual(len(self.read_json("twice.json")["history"]), 2)
+
+    def test_a_hole_goes_through_and_is_filled_again(self):
+        hole = {"op": "hole", "through": True, "patch": 14, "radius_mm": 0.5}
+        report = self.report("--in", "block", "--ops", self.ops(hole), "--out", "ring.json", "--girth", "-1.5")
+        one = report["operations"][0]
+        self.assertAlmostEqual(one["volume_after_mm3"], 108.0, delta=1e-10)
+        # The block's outline and that of the hole, 4 r sqrt(pi), swollen by less than 1 %.
+        self.assertAlmostEqual(one["girths"][0]["perimeter_mm"], 24 + 3.545, delta=0.3)
+        self.assertEqual(len(self.read_json("ring.json")["holes"]), 1)
+        self.ops({**PUSH, "patch": 14, "u": 0.5, "v": 0.5})
+        self.fails("clay", "--in", "ring.json", "--ops", "ops.json", naming=("patch 14", "is in a hole"))
+        report = self.report("--in", "ring.json", "--ops", self.ops({**hole, "how": "close"}), "--out", "full.json")
+        self.assertAlmostEqual(report["area_mm2"], 144.0, delta=1e-9)
+        self.assertTrue(self.read_json("full.json")["holes"][0]["filled"])
 
     def test_meshes_are_closed_and_hold_the_volume(self):
         self.succeeds("clay", "--in", "block", "--ops", self.ops(PUSH), "--out", "skin.obj", "--out", "skin.stl",
