@@ -55,7 +55,7 @@ SceneItem SkinItem(const WrinklySurface& surface) {
     const auto first = static_cast<std::uint32_t>(item.mesh.vertices.size());
     for (std::uint32_t i = 0; i <= kSteps; ++i) {
       for (std::uint32_t j = 0; j <= kSteps; ++j) {
-        const SurfacePoint at =
+        const PatchPoint at =
             surface.base().At(patch, static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps);
         item.mesh.vertices.push_back(at.point);
         item.normals.push_back(surface.base().NormalAt(patch, at));

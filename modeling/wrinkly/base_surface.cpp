@@ -128,7 +128,7 @@ Result<BaseSurface> BaseSurface::Make(const ControlMesh& mesh, CornerJoin join) 
     surface.nets_[k] = PlacedNet(mesh, point);
     surface.speed_[k] = SpeedBound(surface.nets_[k]);
     surface.side_[k] = mesh.IsRightHanded(point) ? 1 : -1;
-    const SurfacePoint middle = PointOn(surface.nets_[k], 0.5, 0.5);
+    const PatchPoint middle = PointOn(surface.nets_[k], 0.5, 0.5);
     const Vector3d normal = middle.du.cross(middle.dv) * surface.side_[k];
     const double size = surface.speed_[k][0] * surface.speed_[k][1];
     if (!(normal.norm() > kParallel * size)) {
@@ -165,7 +165,7 @@ Status BaseSurface::Round(const ControlMesh& mesh) {
   return {};
 }
 
-SurfacePoint BaseSurface::RoundedAt(PointIndex patch, double u, double v) const {
+PatchPoint BaseSurface::RoundedAt(PointIndex patch, double u, double v) const {
   const std::size_t k = ControlMesh::Index(patch);
   const bool right_handed = side_[k] > 0;
   const PatchPlace place{u, right_handed ? v : 1.0 - v};
@@ -173,11 +173,11 @@ SurfacePoint BaseSurface::RoundedAt(PointIndex patch, double u, double v) const 
   while (turn < 3 && !(place.Turned(turn).a >= 0.5 && place.Turned(turn).b >= 0.5)) ++turn;
   const PatchPlace turned = place.Turned(turn);
   const auto& corners = rounded_[static_cast<std::size_t>(rounded_of_[k])];
-  const SurfacePoint at = corners[turn].At(2.0 * (1.0 - turned.b), 2.0 * (1.0 - turned.a));
+  const PatchPoint at = corners[turn].At(2.0 * (1.0 - turned.b), 2.0 * (1.0 - turned.a));
   // By the chain rule through x = 2(1 − b), y = 2(1 − a) and the turns of PatchPlace.
   const Vector3d by_a = -2.0 * at.dv;
   const Vector3d by_b = -2.0 * at.du;
-  SurfacePoint point{at.point, by_a, by_b};
+  PatchPoint point{at.point, by_a, by_b};
   if (turn == 1) point = {at.point, -by_b, by_a};
   if (turn == 2) point = {at.point, -by_a, -by_b};
   if (turn == 3) point = {at.point, by_b, -by_a};
@@ -185,7 +185,7 @@ SurfacePoint BaseSurface::RoundedAt(PointIndex patch, double u, double v) const 
   return point;
 }
 
-Vector3d BaseSurface::NormalAt(PointIndex patch, const SurfacePoint& at) const {
+Vector3d BaseSurface::NormalAt(PointIndex patch, const PatchPoint& at) const {
   const std::size_t k = ControlMesh::Index(patch);
   const Vector3d normal = at.du.cross(at.dv) * side_[k];
   const double length = normal.norm();
@@ -206,7 +206,7 @@ std::array<Vector3d, 2> OnSide(const ControlMesh& mesh, const BaseSurface& surfa
                                double along) {
   const std::size_t turn = (side.slot + 4 - mesh.SlotOf(side.point, 0)) % 4;
   const PatchPlace place = PatchPlace{1.0, along}.Turned((4 - turn) % 4);
-  const SurfacePoint at = surface.At(side.point, place.a, mesh.IsRightHanded(side.point) ? place.b : 1.0 - place.b);
+  const PatchPoint at = surface.At(side.point, place.a, mesh.IsRightHanded(side.point) ? place.b : 1.0 - place.b);
   return {at.point, surface.NormalAt(side.point, at)};
 }
 

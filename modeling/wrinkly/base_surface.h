@@ -28,13 +28,13 @@ class BaseSurface {
   static Result<BaseSurface> Make(const ControlMesh& mesh, CornerJoin join);
 
   /// P and its derivatives at (u, v) of a patch, both 0 … 1.
-  [[nodiscard]] SurfacePoint At(PointIndex patch, double u, double v) const {
+  [[nodiscard]] PatchPoint At(PointIndex patch, double u, double v) const {
     const std::size_t k = ControlMesh::Index(patch);
     return rounded_of_[k] < 0 ? PointOn(nets_[k], u, v) : RoundedAt(patch, u, v);
   }
   /// The outward unit normal for a point of this patch; at a point where the derivatives vanish or are parallel that of
   /// the patch a little further in, the z axis if there is none.
-  [[nodiscard]] Eigen::Vector3d NormalAt(PointIndex patch, const SurfacePoint& at) const;
+  [[nodiscard]] Eigen::Vector3d NormalAt(PointIndex patch, const PatchPoint& at) const;
   /// The largest |S_u| and |S_v| of a patch as its net bounds them, mm per unit.
   [[nodiscard]] const std::array<double, 2>& LargestSpeed(PointIndex patch) const {
     return speed_[ControlMesh::Index(patch)];
@@ -44,7 +44,7 @@ class BaseSurface {
  private:
   BaseSurface() = default;
   Status Round(const ControlMesh& mesh);
-  [[nodiscard]] SurfacePoint RoundedAt(PointIndex patch, double u, double v) const;
+  [[nodiscard]] PatchPoint RoundedAt(PointIndex patch, double u, double v) const;
 
   std::vector<BiquadraticNet> nets_;
   std::vector<std::array<double, 2>> speed_;

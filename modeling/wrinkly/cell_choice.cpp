@@ -26,7 +26,7 @@ struct CellSize {
 
 class ScreenChooser {
  public:
-  ScreenChooser(const CellGrid& grid, const SamplingOptions& options)
+  ScreenChooser(const PatchGrid& grid, const SamplingOptions& options)
       : grid_(grid),
         view_(*options.view),
         limit_(options.triangle_px),
@@ -55,12 +55,12 @@ class ScreenChooser {
       const auto uv = grid_.Parameters(cell, a, b);
       return base.At(cell.patch, uv[0], uv[1]);
     };
-    const SurfacePoint middle = at(0.5, 0.5);
+    const PatchPoint middle = at(0.5, 0.5);
     CellSize size{middle.point, base.NormalAt(cell.patch, middle), middle.du.norm(), middle.dv.norm()};
     if (cell.depth <= kCurvedDepth) {
       for (const double a : {0.0, 1.0}) {
         for (const double b : {0.0, 1.0}) {
-          const SurfacePoint corner = at(a, b);
+          const PatchPoint corner = at(a, b);
           size.side_a = std::max(size.side_a, corner.du.norm());
           size.side_b = std::max(size.side_b, corner.dv.norm());
         }
@@ -134,7 +134,7 @@ class ScreenChooser {
     return value - std::floor(value);
   }
 
-  const CellGrid& grid_;
+  const PatchGrid& grid_;
   ScreenView view_;
   double limit_;
   double most_iterations_;
@@ -151,7 +151,7 @@ CellTrees::Choose EvenCells(double iterations, int depth) {
   };
 }
 
-CellTrees::Choose CellsOnScreen(const CellGrid& grid, const SamplingOptions& options) {
+CellTrees::Choose CellsOnScreen(const PatchGrid& grid, const SamplingOptions& options) {
   return ScreenChooser(grid, options);
 }
 

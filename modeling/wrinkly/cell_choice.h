@@ -12,6 +12,6 @@ namespace annulus {
 /// the limit, n being the parts that a side is cut into, a share is cut that grows with the size from none to all, so
 /// that the number of cells per area stays what it is where the longest just keep the limit; which ones, an ordered
 /// dither says, which is the same in every picture. K = depth + log_n(size / limit). Borrows the grid.
-[[nodiscard]] CellTrees::Choose CellsOnScreen(const CellGrid& grid, const SamplingOptions& options);
+[[nodiscard]] CellTrees::Choose CellsOnScreen(const PatchGrid& grid, const SamplingOptions& options);
 
 }  // namespace annulus

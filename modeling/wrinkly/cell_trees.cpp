@@ -30,7 +30,7 @@ std::array<std::uint32_t, 2> EndOfSide(const GridCell& cell, std::size_t side) {
 
 }  // namespace
 
-CellTrees::CellTrees(const CellGrid& grid, const Choose& choose, std::size_t most, int threads,
+CellTrees::CellTrees(const PatchGrid& grid, const Choose& choose, std::size_t most, int threads,
                      const std::stop_token& stop)
     : grid_(&grid), most_(most) {
   const ControlMesh& mesh = grid.surface().mesh();

@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "modeling/wrinkly/cell_grid.h"
+#include "modeling/wrinkly/patch_grid.h"
 
 namespace annulus {
 
@@ -34,7 +34,7 @@ class CellTrees {
   using Choose = std::function<CellChoice(const GridCell& cell)>;
   /// `choose` is called from several threads, for the cells of a patch in one. Cells stop being cut when there are more
   /// than `most` of them (see too_many) or a stop is requested.
-  CellTrees(const CellGrid& grid, const Choose& choose, std::size_t most, int threads, const std::stop_token& stop);
+  CellTrees(const PatchGrid& grid, const Choose& choose, std::size_t most, int threads, const std::stop_token& stop);
 
   [[nodiscard]] bool too_many() const { return leaves_ > most_; }
   /// Cells that are kept.
@@ -75,7 +75,7 @@ class CellTrees {
     }
   }
 
-  const CellGrid* grid_;
+  const PatchGrid* grid_;
   std::size_t most_;
   std::atomic<std::size_t> leaves_{0};
   int deepest_ = 0;

@@ -63,7 +63,7 @@ Subdivided Subdivide(const RoundedCorner& c) {
 }
 
 /// A point of the three quarters beyond the middle, all regular; x and y count from 0 to 2, one of them over 1.
-SurfacePoint PointBeyond(const Subdivided& s, double x, double y) {
+PatchPoint PointBeyond(const Subdivided& s, double x, double y) {
   const RoundedCorner& c = s.corner;
   const Vector3d& p = c.ring.front();
   if (x >= 1.0 && y >= 1.0) {
@@ -75,16 +75,16 @@ SurfacePoint PointBeyond(const Subdivided& s, double x, double y) {
   return PointOn(NetOf({{{c.ring.back(), c.y1, s.y1_y}, {p, c.y0, s.y0_y}, {c.x0, c.xy, s.y0_xy}}}), x, y - 1.0);
 }
 
-SurfacePoint Scaled(SurfacePoint point, double scale) {
+PatchPoint Scaled(PatchPoint point, double scale) {
   point.du *= scale;
   point.dv *= scale;
   return point;
 }
 
 /// The limit in the middle of a cell: its centroid, and the tangents of Doo and Sabin's analysis (the first harmonics).
-SurfacePoint Limit(const RoundedCorner& c) {
+PatchPoint Limit(const RoundedCorner& c) {
   const auto n = static_cast<double>(c.ring.size());
-  SurfacePoint limit;
+  PatchPoint limit;
   Vector3d cosine = Vector3d::Zero();
   Vector3d sine = Vector3d::Zero();
   for (std::size_t k = 0; k < c.ring.size(); ++k) {
@@ -102,7 +102,7 @@ SurfacePoint Limit(const RoundedCorner& c) {
 
 }  // namespace
 
-SurfacePoint PointOn(const BiquadraticNet& net, double u, double v) {
+PatchPoint PointOn(const BiquadraticNet& net, double u, double v) {
   const std::array<double, 3> b{(1.0 - v) * (1.0 - v), 2.0 * v * (1.0 - v), v * v};
   std::array<Vector3d, 3> row;
   std::array<Vector3d, 3> change;
@@ -126,7 +126,7 @@ Vector3d DooSabinPoint(const std::vector<Vector3d>& cell, std::size_t first) {
   return point;
 }
 
-SurfacePoint RoundedCorner::At(double x, double y) const {
+PatchPoint RoundedCorner::At(double x, double y) const {
   if (ring.size() == 4) {
     return PointOn(NetOf({{{ring[2], ring[3], y1}, {ring[1], ring[0], y0}, {x1, x0, xy}}}), x, y);
   }

@@ -8,7 +8,7 @@
 namespace annulus {
 
 /// A point of a surface over two parameters.
-struct SurfacePoint {
+struct PatchPoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< mm
   Eigen::Vector3d du = Eigen::Vector3d::Zero();     ///< mm per unit of u.
   Eigen::Vector3d dv = Eigen::Vector3d::Zero();
@@ -16,7 +16,7 @@ struct SurfacePoint {
 
 /// A biquadratic Bezier patch, [a][b] with a along u. The degree-elevated nets of paper 003, §3.4 are these.
 using BiquadraticNet = std::array<std::array<Eigen::Vector3d, 3>, 3>;
-[[nodiscard]] SurfacePoint PointOn(const BiquadraticNet& net, double u, double v);
+[[nodiscard]] PatchPoint PointOn(const BiquadraticNet& net, double u, double v);
 
 /// A quarter of a patch whose corner (0, 0) is a cell of any number of control points, as a quarter of a Doo–Sabin
 /// surface (D. Doo, M. Sabin 1978): biquadratic everywhere but in that corner, where infinitely many ever smaller
@@ -29,7 +29,7 @@ struct RoundedCorner {
   Eigen::Vector3d x0, x1, y0, y1, xy;
 
   /// Requires 0 <= x, y <= 1. In the very corner of an irregular cell du and dv are tangents of arbitrary length.
-  [[nodiscard]] SurfacePoint At(double x, double y) const;
+  [[nodiscard]] PatchPoint At(double x, double y) const;
 };
 
 /// Where corner `first` of a cell goes in a step of subdivision: to Σ_j w_j·corner_{first+j}, w_0 = 1/4 + 5/(4n),

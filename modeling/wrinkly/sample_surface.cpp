@@ -9,8 +9,8 @@
 
 #include "base/bands.h"
 #include "modeling/wrinkly/cell_choice.h"
-#include "modeling/wrinkly/cell_grid.h"
 #include "modeling/wrinkly/cell_trees.h"
+#include "modeling/wrinkly/patch_grid.h"
 
 namespace annulus {
 namespace {
@@ -43,7 +43,8 @@ struct KeyHash {
 /// Turns the kept cells into triangles over shared vertices.
 class FanMaker {
  public:
-  FanMaker(const CellGrid& grid, const CellTrees& trees, WrinklyMesh& mesh) : grid_(grid), trees_(trees), mesh_(mesh) {}
+  FanMaker(const PatchGrid& grid, const CellTrees& trees, WrinklyMesh& mesh)
+      : grid_(grid), trees_(trees), mesh_(mesh) {}
 
   void Add(const GridCell& cell, const CellChoice& choice) {
     ++mesh_.cells;
@@ -105,7 +106,7 @@ class FanMaker {
     ring_.push_back(at->second);
   }
 
-  const CellGrid& grid_;
+  const PatchGrid& grid_;
   const CellTrees& trees_;
   WrinklyMesh& mesh_;
   float iterations_ = 0.0F;
@@ -116,7 +117,7 @@ class FanMaker {
 };
 
 /// Positions and values of all vertices (eq. 15).
-void Evaluate(const CellGrid& grid, const std::vector<VertexSource>& sources, int threads, WrinklyMesh& mesh) {
+void Evaluate(const PatchGrid& grid, const std::vector<VertexSource>& sources, int threads, WrinklyMesh& mesh) {
   const WrinklySurface& surface = grid.surface();
   const std::size_t attributes = surface.attribute_count();
   mesh.positions.resize(sources.size());
@@ -132,7 +133,7 @@ void Evaluate(const CellGrid& grid, const std::vector<VertexSource>& sources, in
       const double in_b = 0.5 * source.halves_b;
       surface.Values(grid.PlaceOf(cell, in_a, in_b), cell.depth, source.iterations, values);
       const auto uv = grid.Parameters(cell, in_a, in_b);
-      const SurfacePoint at = surface.base().At(cell.patch, uv[0], uv[1]);
+      const PatchPoint at = surface.base().At(cell.patch, uv[0], uv[1]);
       mesh.positions[k] = (at.point + double{values[0]} * surface.base().NormalAt(cell.patch, at)).cast<float>();
     }
   });
@@ -158,7 +159,7 @@ Status Check(const WrinklySurface& surface, const SamplingOptions& options) {
     return Fail(kAttempt, fmt::format("{} iterations are asked for", iterations),
                 fmt::format("use 0 to {}", surface.most_iterations()));
   }
-  const int most = CellGrid::MostDepth(surface);
+  const int most = PatchGrid::MostDepth(surface);
   if (options.depth && (*options.depth < std::ceil(iterations) || *options.depth > most)) {
     return Fail(kAttempt, fmt::format("a depth of {} is asked for", *options.depth),
                 fmt::format("use {} to {}", std::ceil(iterations), most));
@@ -183,7 +184,7 @@ Result<WrinklyMesh> SampleSurface(const WrinklySurface& surface, const SamplingO
   const int threads = ThreadCount(options.threads);
   const double iterations = options.iterations.value_or(0.0);
   const int even = options.depth.value_or(static_cast<int>(std::ceil(iterations)));
-  const CellGrid every(surface, options.view ? CellGrid::MostDepth(surface) : even);
+  const PatchGrid every(surface, options.view ? PatchGrid::MostDepth(surface) : even);
   task.Report("choose cells", 0, 3);
   const CellTrees trees(every, options.view ? CellsOnScreen(every, options) : EvenCells(iterations, even),
                         options.most_cells, threads, task.stop);
@@ -196,7 +197,7 @@ Result<WrinklyMesh> SampleSurface(const WrinklySurface& surface, const SamplingO
   WrinklyMesh mesh;
   mesh.deepest = trees.deepest();
   mesh.shallowest = trees.shallowest();
-  const CellGrid grid(surface, mesh.deepest);
+  const PatchGrid grid(surface, mesh.deepest);
   FanMaker fans(grid, trees, mesh);
   fans.Reserve(trees.kept());
   task.Report("join cells", 1, 3);

@@ -59,7 +59,8 @@ struct Artefact {
   std::string id;  ///< "A-000200".
   std::string scan_id;
   std::string customer_id;
-  std::string kind;     ///< "model", "landmarks", "measurements", "design", "worn", "look", "reshaped", "picture", "document".
+  std::string
+      kind;  ///< "model", "landmarks", "measurements", "design", "worn", "look", "reshaped", "picture", "document".
   std::string name;     ///< A file name, or a design's title.
   bool derived = true;  ///< Can be made again.
   std::string recipe;   ///< How (command and options), for `rebuild`.

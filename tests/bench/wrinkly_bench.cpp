@@ -30,7 +30,7 @@ void WrinklySamples(benchmark::State& state) {
       for (std::uint32_t u = 0; u < parts; ++u) {
         for (std::uint32_t v = 0; v < parts; ++v) {
           surface.Values({patch, u, v}, depth, depth, values);
-          const SurfacePoint at = surface.base().At(patch, (u + 0.5) / parts, (v + 0.5) / parts);
+          const PatchPoint at = surface.base().At(patch, (u + 0.5) / parts, (v + 0.5) / parts);
           Eigen::Vector3d point = at.point + double{values[0]} * surface.base().NormalAt(patch, at);
           benchmark::DoNotOptimize(point);
           ++samples;

@@ -91,7 +91,7 @@ TEST(BaseSurface, RoundedDerivativesAreThoseOfItsPoints) {
     for (const double u : {0.11, 0.37, 0.9}) {
       for (const double v : {0.07, 0.55, 0.83}) {
         const double step = 1e-6;
-        const SurfacePoint at = surface.At(patch, u, v);
+        const PatchPoint at = surface.At(patch, u, v);
         const Vector3d du =
             (surface.At(patch, u + step, v).point - surface.At(patch, u - step, v).point) / (2.0 * step);
         const Vector3d dv =
@@ -116,7 +116,7 @@ TEST(BaseSurface, ClosesTheCubeOfSixPatches) {
       EXPECT_LT(joins.irregular_mean, 1e-6);
     }
     for (PointIndex patch = 0; patch < 6; ++patch) {
-      const SurfacePoint at = surface.At(patch, 0.5, 0.5);
+      const PatchPoint at = surface.At(patch, 0.5, 0.5);
       EXPECT_GT(surface.NormalAt(patch, at).dot(at.point - Vector3d(0.5, 0.5, 0.5)), 0.0);
     }
   }

@@ -35,10 +35,10 @@ struct CellSide {
 /// The nested grids on which a wrinkly surface is sampled: cell of depth d is cut into as many parts as iteration d of
 /// the surface deals out, or into 3 × 3 where a family does not shuffle (M = 0), so that a smallest cell of K
 /// iterations is a cell of depth K. Borrows the surface. Thread-safe.
-class CellGrid {
+class PatchGrid {
  public:
   /// Requires finest <= MostDepth(surface).
-  CellGrid(const WrinklySurface& surface, int finest);
+  PatchGrid(const WrinklySurface& surface, int finest);
   /// The most subdivisions whose cells can be counted.
   static int MostDepth(const WrinklySurface& surface);
 

@@ -1,4 +1,4 @@
-#include "modeling/wrinkly/cell_grid.h"
+#include "modeling/wrinkly/patch_grid.h"
 
 #include <algorithm>
 #include <utility>
@@ -20,13 +20,13 @@ std::uint64_t PartsOf(const Shuffle& shuffle, int depth) {
 
 }  // namespace
 
-int CellGrid::MostDepth(const WrinklySurface& surface) {
+int PatchGrid::MostDepth(const WrinklySurface& surface) {
   int depth = 0;
   while (depth < surface.most_iterations() && depth < 19) ++depth;
   return depth;
 }
 
-CellGrid::CellGrid(const WrinklySurface& surface, int finest) : surface_(&surface), finest_(finest) {
+PatchGrid::PatchGrid(const WrinklySurface& surface, int finest) : surface_(&surface), finest_(finest) {
   for (int depth = 0; depth <= finest; ++depth) {
     const MeshShuffle& shuffle = surface.level(depth);
     parts_.push_back({static_cast<std::uint32_t>(PartsOf(shuffle.u(), depth)),
@@ -34,13 +34,13 @@ CellGrid::CellGrid(const WrinklySurface& surface, int finest) : surface_(&surfac
   }
 }
 
-std::array<std::uint32_t, 2> CellGrid::Cut(int depth) const {
+std::array<std::uint32_t, 2> PatchGrid::Cut(int depth) const {
   const auto& here = Parts(depth);
   const auto& finer = Parts(depth + 1);
   return {finer[0] / here[0], finer[1] / here[1]};
 }
 
-std::uint32_t CellGrid::Along(std::size_t side, std::array<std::uint32_t, 2> at, std::array<std::uint32_t, 2> most) {
+std::uint32_t PatchGrid::Along(std::size_t side, std::array<std::uint32_t, 2> at, std::array<std::uint32_t, 2> most) {
   switch (side) {
     case 0:
       return at[1];
@@ -53,7 +53,7 @@ std::uint32_t CellGrid::Along(std::size_t side, std::array<std::uint32_t, 2> at,
   }
 }
 
-CellSide CellGrid::Across(const GridCell& cell, std::size_t side) const {
+CellSide PatchGrid::Across(const GridCell& cell, std::size_t side) const {
   const auto& parts = Parts(cell.depth);
   CellSide across{cell, (side + 2) % 4};
   if (side == 0 && cell.a + 1 < parts[0]) return ++across.cell.a, across;
@@ -81,7 +81,7 @@ CellSide CellGrid::Across(const GridCell& cell, std::size_t side) const {
   return across;
 }
 
-CornerKey CellGrid::KeyOf(PointIndex patch, std::uint32_t a, std::uint32_t b) const {
+CornerKey PatchGrid::KeyOf(PointIndex patch, std::uint32_t a, std::uint32_t b) const {
   constexpr std::uint64_t kInside = 0;
   constexpr std::uint64_t kOnSide = 1;
   constexpr std::uint64_t kOnCell = 2;
@@ -115,14 +115,14 @@ CornerKey CellGrid::KeyOf(PointIndex patch, std::uint32_t a, std::uint32_t b) co
   return key(kOnSide, here, along, 0);
 }
 
-std::array<double, 2> CellGrid::Parameters(const GridCell& cell, double in_a, double in_b) const {
+std::array<double, 2> PatchGrid::Parameters(const GridCell& cell, double in_a, double in_b) const {
   const auto& parts = Parts(cell.depth);
   const double u = (cell.a + in_a) / parts[0];
   const double v = (cell.b + in_b) / parts[1];
   return {u, surface_->mesh().IsRightHanded(cell.patch) ? v : 1.0 - v};
 }
 
-MeshPlace CellGrid::PlaceOf(const GridCell& cell, double in_a, double in_b) const {
+MeshPlace PatchGrid::PlaceOf(const GridCell& cell, double in_a, double in_b) const {
   const MeshShuffle& shuffle = surface_->level(cell.depth);
   const auto& parts = Parts(cell.depth);
   MeshPlace place{cell.patch, cell.a, cell.b, in_a, in_b};
