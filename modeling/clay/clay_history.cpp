@@ -82,7 +82,10 @@ Result<ClayFile> Undone(const ClayFile& file, const ClayBody& beginning, std::si
   const auto left = WithoutLast(file.scripts, count);
   if (!left) return Fail(left);
   const auto whole = Replay(beginning, file.scripts);
-  if (!whole) return Fail(whole);
+  if (!whole) {
+    return Fail(kAttempted, "its history cannot be carried out on that body (" + whole.error().seen + ")",
+                "name the body that it was made of");
+  }
   const double apart = Apart(whole->body.mesh(), file.body.mesh());
   if (apart <= kSame) return Replay(beginning, *left);
   return Fail(kAttempted,

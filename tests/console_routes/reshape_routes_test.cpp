@@ -87,7 +87,9 @@ TEST_F(ReshapeRoutes, AJobLeavesAModelBesideTheScansOwn) {
     EXPECT_NE(model->provenance.method.find("+" + tool), std::string::npos);
   }
   std::set<std::string> kinds;
-  for (const Artefact& artefact : *console.store.ArtefactsOf(scan)) kinds.insert(artefact.kind);
+  const auto artefacts = console.store.ArtefactsOf(scan);
+  ASSERT_TRUE(artefacts);
+  for (const Artefact& artefact : *artefacts) kinds.insert(artefact.kind);
   EXPECT_EQ(kinds, (std::set<std::string>{"model", "reshaped"}));
 }
 
