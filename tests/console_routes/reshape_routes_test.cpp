@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "base/units.h"
 #include "modeling/exchange/model_json.h"
 #include "sim/random_head.h"
 #include "tests/console_routes/mesh_reader.h"
@@ -14,6 +15,13 @@ namespace {
 
 using Json = nlohmann::json;
 
+/// A head whose surface is known exactly, without a scan.
+const SurfaceModel& Head() {
+  static const SurfaceModel head = test::HeadSurface(sim::MakeRandomHead(5));
+  return head;
+}
+double MiddleHeight() { return 0.5 * (Head().main().surface.z_min() + Head().main().surface.z_max()); }
+
 class ReshapeRoutes : public testing::Test {
  protected:
   void SetUp() override {
@@ -22,33 +30,35 @@ class ReshapeRoutes : public testing::Test {
     console.store.consents = {consent};
   }
   test::RouteConsole console;
-  std::string scan = console.AddModel(test::HeadSurface(sim::MakeRandomHead(5)));
+  std::string scan = console.AddModel(Head());
 
   [[nodiscard]] std::string At(const std::string& what) const { return "/api/scans/" + scan + "/" + what; }
 };
 
+/// A finger at the back of the head, where it is smooth.
 Json Push(double depth) {
+  const Eigen::Vector3d back = Head().main().surface.Point(1.5 * kPi, MiddleHeight());
   return {{"operations",
            {{{"op", "push"},
              {"model", 2},
-             {"patch", 120},
-             {"u", 0.5},
-             {"v", 0.5},
+             {"near_mm", {back.x(), back.y(), back.z()}},
              {"depth_mm", depth},
-             {"radius_mm", 12}}}}};
+             {"radius_mm", 20}}}}};
 }
 
 TEST_F(ReshapeRoutes, PreviewKeepsTheVolumeAndFollowsGirths) {
-  const auto before =
-      console.Ask("POST", At("clay/preview"), {{"script", {{"operations", Json::array()}}}, {"girths_mm", {1600}}});
+  const auto before = console.Ask("POST", At("clay/preview"),
+                                  {{"script", {{"operations", Json::array()}}}, {"girths_mm", {MiddleHeight()}}});
   ASSERT_EQ(before.status, 200) << before.json;
-  const auto after = console.Ask("POST", At("clay/preview"), {{"script", Push(2.0)}, {"girths_mm", {1600}}});
+  const auto after = console.Ask("POST", At("clay/preview"), {{"script", Push(2.0)}, {"girths_mm", {MiddleHeight()}}});
   ASSERT_EQ(after.status, 200) << after.json;
   const Json was = Json::parse(before.Header("X-Annulus-Notes"));
   const Json is = Json::parse(after.Header("X-Annulus-Notes"));
   EXPECT_NEAR(is["volume_mm3"].get<double>() / was["volume_mm3"].get<double>(), 1.0, 1e-12);
   ASSERT_EQ(is["operations"].size(), 1U);
   EXPECT_EQ(is["operations"][0]["moved_mm3"], 0.0);
+  // The section goes through the dent: the tape spans it, the body has swollen.
+  EXPECT_NE(is["girths"][0]["tape_mm"], was["girths"][0]["tape_mm"]);
   const test::ReadMesh mesh = test::ReadMeshBytes(after.response.body);
   EXPECT_GT(mesh.indices.size(), 1000U);
 }
@@ -70,7 +80,7 @@ TEST_F(ReshapeRoutes, NothingIsReshapedWithoutConsent) {
 }
 
 TEST_F(ReshapeRoutes, AJobLeavesAModelBesideTheScansOwn) {
-  const Json elastic{{"edits", {{{"theta_deg", 90}, {"z_mm", 1600}, {"outward_mm", 2}, {"radius_mm", 30}}}}};
+  const Json elastic{{"edits", {{{"theta_deg", 90}, {"z_mm", MiddleHeight()}, {"outward_mm", 2}, {"radius_mm", 30}}}}};
   for (const auto& [tool, script] : {std::pair<std::string, Json>("elastic", elastic), {"clay", Push(1.0)}}) {
     const auto started = console.Ask("POST", At("reshape"), {{"tool", tool}, {"script", script}});
     ASSERT_EQ(started.status, 200) << started.json;
