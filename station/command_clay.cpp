@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -195,9 +196,7 @@ Status WriteBody(const std::string& path, const ClayFile& file, CommandIo& io) {
   if (ending == ".json") return io.WriteText(path, ClayToJson(file));
   if (ending == ".stl") return io.WriteText(path, WriteStl(Tessellate(file.body.mesh(), kMeshSteps), "annulus clay"));
   if (ending == ".obj") return io.WriteText(path, WriteObj(Tessellate(file.body.mesh(), kMeshSteps)));
-  if (ending == ".ply") return io.WriteText(path, WritePly(Tessellate(file.body.mesh(), kMeshSteps)));
-  io.set_failure_code(2);
-  return Fail("write " + path, "its ending is '" + ending + "'", "use .json, .stl, .obj or .ply");
+  return io.WriteText(path, WritePly(Tessellate(file.body.mesh(), kMeshSteps)));
 }
 
 /// The model with the clay's shape; what is said of it.
@@ -229,7 +228,24 @@ Result<Json> WriteModel(const std::string& path, const ClayInput& input, Command
   return json;
 }
 
+/// What can be seen to be wrong before anything is done.
+Status CheckNames(const ClayCommand& options, CommandIo& io) {
+  io.set_failure_code(2);
+  for (const std::string& path : options.out) {
+    const std::string ending = std::filesystem::path(path).extension().string();
+    if (ending != ".json" && ending != ".stl" && ending != ".obj" && ending != ".ply") {
+      return Fail("write " + path, "its ending is '" + ending + "'", "use .json, .stl, .obj or .ply");
+    }
+  }
+  for (const double z : options.girths) {
+    if (!std::isfinite(z)) return Fail("measure a girth", "its height is not a number", "give it in mm");
+  }
+  io.set_failure_code(1);
+  return {};
+}
+
 Status Shape(const ClayCommand& options, CommandIo& io) {
+  RETURN_IF_ERROR(CheckNames(options, io));
   auto input = Read(options, io);
   if (!input) return Fail(input);
   ClayBody& body = input->file.body;
@@ -277,7 +293,9 @@ void AddClayCommand(CLI::App& app, CommandWork& chosen) {
       ->add_option("--made-of", options->made_of,
                    "what a clay body was made of, as --in then was: for --undo and --out-model")
       ->type_name("BODY");
-  command->add_option("--undo", options->undo, "first take back the last N operations of a clay body")->type_name("N");
+  command->add_option("--undo", options->undo, "first take back the last N operations of a clay body")
+      ->check(CLI::Range(0, 1'000'000))
+      ->type_name("N");
   command->add_option("--ops", options->ops, "script of operations (docs/formats.md, \"Clay operations\")")
       ->type_name("OPS.json");
   command->add_option("--out", options->out, "the body: .json keeps it whole, .stl, .obj and .ply are its skin")

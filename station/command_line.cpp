@@ -33,11 +33,18 @@ int PrintError(const Error& error, int code) {
   return code;
 }
 
-/// The innermost command that was given.
-const CLI::App* Innermost(const CLI::App& app) {
-  const CLI::App* command = &app;
-  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
-  return command;
+/// The innermost command that was given, and its whole name: "glasses fit".
+struct GivenCommand {
+  const CLI::App* app;
+  std::string name;
+};
+GivenCommand Innermost(const CLI::App& app) {
+  GivenCommand given{&app, ""};
+  while (!given.app->get_subcommands().empty()) {
+    given.app = given.app->get_subcommands().front();
+    given.name += (given.name.empty() ? "" : " ") + given.app->get_name();
+  }
+  return given;
 }
 
 void AddProgressOption(CLI::App& app, ProgressMode& mode) {
@@ -110,10 +117,11 @@ int RunCommandLine(int argc, const char* const* argv, const std::stop_token& sto
   } catch (const CLI::Success& success) {
     return app.exit(success);  // --help, --version
   } catch (const CLI::ParseError& error) {
-    const CLI::App* command = Innermost(app);
+    const GivenCommand given = Innermost(app);
+    const CLI::App* command = given.app;
     const std::string attempted =
-        command == &app ? "read the command line" : "read the options of '" + command->get_name() + "'";
-    const std::string help = command == &app ? "annulus --help" : "annulus " + command->get_name() + " --help";
+        command == &app ? "read the command line" : "read the options of '" + given.name + "'";
+    const std::string help = command == &app ? "annulus --help" : "annulus " + given.name + " --help";
     std::string seen = error.what();
     const std::vector<std::string> unknown = app.remaining();
     if (command == &app && !unknown.empty()) {

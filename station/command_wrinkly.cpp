@@ -23,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// A list longer than this is not for reading.
-constexpr std::uint64_t kMostListed = 5'000'000;
+constexpr std::uint64_t kMostListed = 200'000;
 
 struct ShuffleCommand {
   std::vector<int> crossings{1};
@@ -57,6 +57,7 @@ Status ListShuffle(const ShuffleCommand& options, CommandIo& io) {
   const AxisKind kind = options.axis == "cyclic" ? AxisKind::kCyclic : AxisKind::kOpen;
   Json list = Json::array();
   for (int interval = 0; interval < options.intervals; ++interval) {
+    if (io.stop().stop_requested()) return tl::unexpected<Error>(InterruptedError("list the shuffle"));
     for (std::uint32_t code = 0; code < shuffle->parts(); ++code) {
       const AxisPart to = DestinationPart(*shuffle, {interval, code}, options.intervals, kind);
       list.push_back({{"source", {{"interval", interval}, {"digits", shuffle->SourceDigits(code)}}},
@@ -139,6 +140,11 @@ Json MeshReport(const ControlMesh& mesh, const BaseJoins& joins) {
 }
 
 Status DescribeMesh(const MeshCommand& options, CommandIo& io) {
+  if (!options.out.empty() && !options.out.ends_with(".json")) {
+    io.set_failure_code(2);
+    return Fail("write " + options.out, "it does not end in .json", "give the mesh a name that does");
+  }
+  RETURN_IF_ERROR(CheckNotItself(options.source.in, options.out));
   const auto source = ReadWrinklySource(options.source, io);
   if (!source) return Fail(source);
   const auto surface = BaseSurface::Make(source->mesh, options.rounded ? CornerJoin::kRounded : CornerJoin::kPaper);
@@ -191,12 +197,21 @@ Status DrawSurface(RenderCommand options, CommandIo& io) {
     io.set_failure_code(2);
     return Fail(view);
   }
+  if (options.out.empty() && options.triangles.empty()) {
+    io.set_failure_code(2);
+    return Fail("draw a wrinkly surface", "neither --out nor --triangles is given", "give a file for the picture");
+  }
+  if (const Status named = options.out.empty() ? Status{} : CheckImagePath(options.out); !named) {
+    io.set_failure_code(2);
+    return Fail(named);
+  }
   options.picture.view = *view;
   options.picture.width = options.size[0];
   options.picture.height = options.size[1];
   options.picture.at_x = options.at[0];
   options.picture.at_y = options.at[1];
   options.picture.method = options.method == "trace" ? RenderMethod::kTrace : RenderMethod::kZBuffer;
+  RETURN_IF_ERROR(CheckNotItself(options.source.in, options.triangles));
   const auto source = ReadWrinklySource(options.source, io);
   if (!source) return Fail(source);
   const auto surface = WrinklySurface::Make(source->mesh, options.surface.Chosen());
@@ -237,8 +252,16 @@ WrinklyOptions WrinklySurfaceOptions::Chosen() const {
 }
 
 void AddSurfaceOptions(CLI::App& command, WrinklySurfaceOptions& options) {
-  command.add_option("--m,--m-u", options.surface.crossing_u, "M: intervals crossed on either side, along U");
-  command.add_option("--m-v", options.surface.crossing_v, "the same along V");
+  command
+      .add_option_function<int>(
+          "--m", [&options](int m) { options.surface.crossing_u = options.surface.crossing_v = m; },
+          "M: intervals crossed on either side (1)")
+      ->check(CLI::Range(0, Shuffle::kMostCrossing))
+      ->trigger_on_parse();
+  command.add_option("--m-u", options.surface.crossing_u, "the same along U alone")
+      ->check(CLI::Range(0, Shuffle::kMostCrossing));
+  command.add_option("--m-v", options.surface.crossing_v, "the same along V alone")
+      ->check(CLI::Range(0, Shuffle::kMostCrossing));
   command.add_option("--structure", options.surface.structure, "an M for each iteration instead: 1,2,1")
       ->delimiter(',')
       ->type_name("M1,M2…");
@@ -252,7 +275,7 @@ void AddWrinklyShuffle(CLI::App& wrinkly, CommandWork& chosen) {
   auto options = std::make_shared<ShuffleCommand>();
   CLI::App* command = wrinkly.add_subcommand("ist", "list the iterated shuffle transformation of one axis");
   command->add_option("--m", options->crossings, "M, or one for each iteration: 1,2,1")->delimiter(',');
-  command->add_option("--k", options->iterations, "iterations")->check(CLI::NonNegativeNumber);
+  command->add_option("--k", options->iterations, "iterations, if --m is one number")->check(CLI::NonNegativeNumber);
   command->add_option("--intervals", options->intervals, "base intervals")->check(CLI::Range(1, 1'000'000));
   command->add_option("--axis", options->axis, "cyclic or open")->check(CLI::IsMember({"cyclic", "open"}));
   AddJsonOption(*command, options->json);
@@ -291,8 +314,10 @@ void AddWrinklyRender(CLI::App& wrinkly, CommandWork& chosen) {
       ->expected(2)
       ->delimiter(',')
       ->type_name("X,Y");
-  command->add_option("--k", options->picture.iterations, "at most this many iterations, whole or not; 0 is smooth");
-  command->add_option("--triangle", options->picture.triangle_px, "longest side of a cell in the picture, pixels");
+  command->add_option("--k", options->picture.iterations, "at most this many iterations, whole or not; 0 is smooth")
+      ->check(CLI::Range(0.0, 64.0));
+  command->add_option("--triangle", options->picture.triangle_px, "longest side of a cell in the picture, pixels")
+      ->check(CLI::Range(0.01, 1e6));
   command->add_option("--method", options->method, "zbuffer or trace")->check(CLI::IsMember({"zbuffer", "trace"}));
   command->add_option("--samples", options->picture.samples, "paths per pixel of trace")->check(CLI::Range(1, 65536));
   AddJsonOption(*command, options->json);

@@ -30,6 +30,7 @@ struct FitCommand {
   std::string as = "height";
   std::string lay = "flat";
   double high_mm = 1.0;
+  bool cut = false;
   int iterations = 2;
   int columns = 60;
   int rows = 40;
@@ -61,7 +62,7 @@ Result<ControlMeshParts> ReadMesh(const FitCommand& options, CommandIo& io) {
 Result<FitProblem> ImageProblem(const FitCommand& options, CommandIo& io) {
   auto parts = ReadMesh(options, io);
   if (!parts) return Fail(parts);
-  auto mesh = ControlMesh::Make(std::move(*parts));
+  auto mesh = ControlMesh::Make(std::move(*parts), options.cut ? FamilyRule::kCut : FamilyRule::kRefuse);
   if (!mesh) return Fail(mesh);
   auto surface = WrinklySurface::Make(std::move(*mesh), options.surface.Chosen());
   if (!surface) return Fail(surface);
@@ -130,6 +131,9 @@ Status FitHeights(const FitCommand& options, CommandIo& io) {
                 options.image.empty() ? "neither --image nor --scan is given" : "both are given",
                 "give --image HEIGHTS.png for a mesh, or --scan SCAN for a model");
   }
+  for (const std::string& input : {options.in, options.image, options.scan}) {
+    RETURN_IF_ERROR(CheckNotItself(input, options.out));
+  }
   auto problem = options.image.empty() ? ScanProblem(options, io) : ImageProblem(options, io);
   if (!problem) return Fail(problem);
   ProgressDisplay display(io.progress_mode());
@@ -169,7 +173,8 @@ void AddWrinklyFit(CLI::App& wrinkly, CommandWork& chosen) {
       ->check(CLI::IsMember({"height", "colour"}));
   command->add_option("--lay", options->lay, "how the picture lies: flat (x, y) or around (theta, z)")
       ->check(CLI::IsMember({"flat", "around"}));
-  command->add_option("--high", options->high_mm, "height of white, mm");
+  command->add_option("--high", options->high_mm, "height of white, mm")->check(CLI::Range(-1e4, 1e4));
+  command->add_flag("--cut", options->cut, "let axes end where they are one family");
   command->add_option("--scan", options->scan, "the recording of which the model is the smooth part")
       ->type_name("SCAN");
   AddKeyFileOption(*command, options->key_file);

@@ -1,5 +1,8 @@
 #include "station/files.h"
 
+#include <filesystem>
+#include <system_error>
+
 #include "modeling/exchange/model_json.h"
 #include "render/png.h"
 
@@ -42,6 +45,12 @@ Status WritePngFile(Storage& storage, const std::string& path, const RgbImage& i
 Status CheckReplacing(const Storage& storage, const std::string& path, Replacing replacing) {
   if (replacing == Replacing::kForce || !storage.Exists(path)) return {};
   return Fail("write " + path, "it exists already", "choose another name, or give --force to replace it");
+}
+
+Status CheckNotItself(const std::string& input, const std::string& output) {
+  std::error_code none;
+  if (input.empty() || output.empty() || !std::filesystem::equivalent(input, output, none)) return {};
+  return Fail("write " + output, "it is the input itself", "choose another name: input files are never changed");
 }
 
 }  // namespace annulus

@@ -25,5 +25,7 @@ Status WritePngFile(Storage& storage, const std::string& path, const RgbImage& i
 /// Fails if `path` is there already and `force` was not given: recordings are never replaced by accident.
 enum class Replacing { kRefuse, kForce };
 Status CheckReplacing(const Storage& storage, const std::string& path, Replacing replacing);
+/// Fails if `output` is the file `input` itself: input files are never changed. Empty names are no files.
+Status CheckNotItself(const std::string& input, const std::string& output);
 
 }  // namespace annulus

@@ -41,6 +41,13 @@ SceneItem BallItem(const BearBall& ball) {
   return item;
 }
 
+/// Whether it is thinned out somewhere, and stands up everywhere: then there is something to see below.
+bool IsSeenThrough(const WrinklySurface& surface) {
+  const auto opacity = surface.AttributeNamed("opacity");
+  if (!opacity || surface.lowest_height() < 0.0) return false;
+  return surface.mesh().parts().values.col(static_cast<Eigen::Index>(*opacity)).minCoeff() < 1.0;
+}
+
 /// The base surface itself, dark, under fur through which one sees.
 SceneItem SkinItem(const WrinklySurface& surface) {
   constexpr std::uint32_t kSteps = 6;
@@ -187,7 +194,7 @@ Result<WrinklyPicture> TakeWrinklyPicture(const WrinklySource& source, const Wri
   scene.items.push_back(WrinklyItem(surface, std::move(*mesh)));
   picture.triangles = scene.items.front().mesh.faces.size();
   for (const BearBall& ball : source.balls) scene.items.push_back(BallItem(ball));
-  if (source.beside.faces.empty() && surface.AttributeNamed("opacity")) scene.items.push_back(SkinItem(surface));
+  if (source.beside.faces.empty() && IsSeenThrough(surface)) scene.items.push_back(SkinItem(surface));
   if (!source.beside.faces.empty()) {
     SceneItem body;
     body.mesh = source.beside;

@@ -102,7 +102,10 @@ Result<WrinklySource> OfFile(const WrinklySourceOptions& options, CommandIo& io)
     return Made(std::move(*parts), options, FamilyRule::kRefuse);
   }
   if (format == "annulus-model") return OfModel(*text, options);
-  return OfFrame(options, io);
+  if (format == "annulus-frame" || format == "annulus-worn") return OfFrame(options, io);
+  return Fail("read " + options.in,
+              format.empty() ? std::string("it is no JSON object with a format") : "its format is '" + format + "'",
+              "give a control mesh (docs/formats.md), MODEL.json or FRAME.json");
 }
 
 }  // namespace

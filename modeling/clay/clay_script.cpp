@@ -83,7 +83,7 @@ class Fields {
   /// Where a tool is held: an address, or none yet, but the point that it is to be nearest to.
   ClayAddress Place() {
     if (!Has("near_mm")) return Address();
-    near_ = Taken(reader_.Vector(json_, "near_mm"));
+    near_ = NearBy("near_mm");
     return {};
   }
   [[nodiscard]] const std::optional<Vector3d>& near() const { return near_; }
@@ -91,10 +91,16 @@ class Fields {
     if (!Has("direction")) return {};
     return Taken(reader_.Vector(json_, "direction"));
   }
+  /// A point at most a kilometre away: squares of distances stay numbers.
+  Eigen::Vector3d NearBy(const char* key) {
+    const Eigen::Vector3d point = Taken(reader_.Vector(json_, key));
+    if (point.cwiseAbs().maxCoeff() > 1e6) Refuse(key, "is more than a kilometre away");
+    return point;
+  }
   ClayEnd End(const char* key) {
     known_.push_back(key);
     if (!json_.contains(key)) throw BadStep{reader_.Refuse(reader_.Named(key) + " is missing").value()};
-    if (json_.at(key).is_array()) return Taken(reader_.Vector(json_, key));
+    if (json_.at(key).is_array()) return NearBy(key);
     Fields inner(reader_.Within(key), json_.at(key));
     const ClayAddress at = inner.Address();
     inner.Done();

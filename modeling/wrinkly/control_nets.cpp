@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -45,6 +46,20 @@ void Join(ControlMeshParts& parts, std::size_t from, std::size_t slot, std::size
                                  static_cast<PointIndex>(from)};
 }
 
+/// Where a point of a regular net stands.
+Vector3d RegularPlace(const RegularNet& net, double column, double row) {
+  if (net.columns_kind == AxisKind::kOpen) return net.spacing * Vector3d(column, row, 0.0);
+  const double around = net.columns * net.spacing / (2.0 * std::numbers::pi);
+  const double theta = 2.0 * std::numbers::pi * column / net.columns;
+  if (net.rows_kind == AxisKind::kOpen) {
+    return {around * std::cos(theta), around * std::sin(theta), net.spacing * row};
+  }
+  const double across = net.rows * net.spacing / (2.0 * std::numbers::pi);
+  const double phi = 2.0 * std::numbers::pi * row / net.rows;
+  const double radius = std::max(around, 1.5 * across) + across * std::cos(phi);
+  return {radius * std::cos(theta), radius * std::sin(theta), across * std::sin(phi)};
+}
+
 }  // namespace
 
 Result<ControlMeshParts> MakeNet(const RegularNet& net) {
@@ -55,7 +70,7 @@ Result<ControlMeshParts> MakeNet(const RegularNet& net) {
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t k = row * columns + column;
-      parts.points[k].position = net.spacing * Vector3d(static_cast<double>(column), static_cast<double>(row), 0.0);
+      parts.points[k].position = RegularPlace(net, static_cast<double>(column), static_cast<double>(row));
       const bool right = column + 1 < columns || net.columns_kind == AxisKind::kCyclic;
       const bool up = row + 1 < rows || net.rows_kind == AxisKind::kCyclic;
       if (right) Join(parts, k, 0, row * columns + (column + 1) % columns);

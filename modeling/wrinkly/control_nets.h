@@ -8,11 +8,11 @@
 
 namespace annulus {
 
-// Control meshes of paper 003, figs. 11–13, flat in the plane z = 0 and seen from +z, heights 0. Each fails on counts
-// out of range.
+// Control meshes of paper 003, figs. 11–13, flat in the plane z = 0 and seen from +z but for tubes, heights 0. Each
+// fails on counts out of range.
 
-/// A regular net of columns × rows points, `spacing` mm apart: u along x, v along y. Cyclic directions join the last to
-/// the first (the net stays flat: only its parameters are those of a tube or torus).
+/// A regular net of columns × rows points, `spacing` mm apart: u along x, v along y. With cyclic columns it is a tube
+/// about the z axis, with both cyclic a torus about it.
 struct RegularNet {
   int columns = 8;
   int rows = 8;

@@ -191,8 +191,9 @@ Result<WrinklyMesh> SampleSurface(const WrinklySurface& surface, const SamplingO
   const auto stopped = [] { return Fail(kAttempt, "it was stopped", "start it again"); };
   if (task.stop.stop_requested()) return stopped();
   if (trees.too_many()) {
-    return Fail(kAttempt, fmt::format("it takes more than {} cells", options.most_cells),
-                "use fewer iterations, larger triangles or a smaller picture");
+    return Fail(
+        kAttempt, fmt::format("it takes more than {} cells", options.most_cells),
+        "use fewer iterations, larger triangles, a smaller picture or less zoom: high spikes beside it reach into it");
   }
   WrinklyMesh mesh;
   mesh.deepest = trees.deepest();

@@ -37,8 +37,8 @@ struct SamplingOptions {
   std::optional<double> iterations{};
   /// Subdivisions without a view; absent: ⌈K⌉.
   std::optional<int> depth{};
-  std::size_t most_cells = 20'000'000;  ///< More is an error.
-  int threads = 0;                      ///< 0: as many as the machine has. The mesh does not depend on it.
+  std::size_t most_cells = 4'000'000;  ///< More is an error; they take some 300 bytes each.
+  int threads = 0;                     ///< 0: as many as the machine has. The mesh does not depend on it.
 };
 
 /// Triangles of a wrinkly surface, station frame, mm; counter-clockwise seen from outside. Neighbouring cells share

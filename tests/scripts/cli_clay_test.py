@@ -32,6 +32,15 @@ class Clay(ProgramTest):
         self.assertLessEqual(report["joins"]["largest_kink_rad"], 1e-6)
         self.assertLessEqual(report["joins"]["largest_kink_elsewhere_rad"], 1e-3)
 
+    def test_what_is_no_place_or_name_is_refused_before_anything_is_written(self):
+        for key, value in (("near_mm", [1e160, 0, 0]), ("near_mm", [0, -2e6, 0])):
+            push = {"op": "push", key: value, "depth_mm": 0.1, "radius_mm": 0.6}
+            self.fails("clay", "--in", "block", "--ops", self.ops(push), "--out", "x.json", naming=("near_mm", "kilometre"))
+        for arguments in (("--out", "x.json", "--out", "x.foo"), ("--girth", "nan"), ("--undo", "-1")):
+            done = self.run_program("clay", "--in", "block", *arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertNotIn("x.json", self.listing())
+
     def test_the_teapot_says_that_its_volume_is_signed(self):
         report = self.report("--in", "teapot")
         # numpy, see tests/modeling_clay/clay_body_test.cpp

@@ -156,8 +156,14 @@ class Wrinkly(ProgramTest):
         self.assertIn("fewer iterations", self.refused("ist", "--m", "1", "--k", "40", code=2))
         self.refused("mesh", "hexagons:3", code=2)
         self.refused("mesh", "nowhere.json")
-        self.refused("render", "regular:4x4", "--out", "p.png", "--k", "99")
+        self.refused("render", "regular:4x4", "--out", "p.png", "--k", "99", code=2)
+        self.refused("render", "regular:4x4", code=2)
+        self.refused("render", "regular:4x4", "--out", "p.bmp", code=2)
         self.refused("fit", "regular:4x4", "--out", "m.json", code=2)
+        self.write("mine.png", grey_png(numpy.full((8, 8), 90)))
+        before = self.read("mine.png")
+        self.assertIn("it is the input itself", self.refused("fit", "regular:4x4", "--image", "mine.png", "--out", "mine.png"))
+        self.assertEqual(self.read("mine.png"), before)
 
 
 if __name__ == "__main__":
