@@ -237,6 +237,7 @@ Status CheckNames(const ClayCommand& options, CommandIo& io) {
       return Fail("write " + path, "its ending is '" + ending + "'", "use .json, .stl, .obj or .ply");
     }
   }
+  RETURN_IF_ERROR(CheckNotItself(options.in, options.out_model));
   for (const double z : options.girths) {
     if (!std::isfinite(z)) return Fail("measure a girth", "its height is not a number", "give it in mm");
   }

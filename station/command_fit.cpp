@@ -41,6 +41,7 @@ Error About(Error error, const std::vector<std::string>& paths) {
 }
 
 Status RunFit(const FitCommandOptions& options, CommandIo& io) {
+  for (const std::string& path : options.scans) RETURN_IF_ERROR(CheckNotItself(path, options.out));
   const auto keys = OpenKeys(options.key_file);
   if (!keys) return Fail(keys);
   std::vector<Scan> scans;
