@@ -79,6 +79,15 @@ class Chain(ProgramTest):
             with self.subTest(arguments):
                 self.fails(*arguments, naming=("0", "400"))
 
+    def test_a_scan_and_a_model_are_not_written_over(self):
+        scan, model = self.read("scan.mcap"), self.read("model.json")
+        self.fails("fit", "scan.mcap", "--out", "scan.mcap", naming=("scan.mcap", "it is the input itself"))
+        self.assertEqual(self.read("scan.mcap"), scan)
+        done = self.run_program("clay", "--in", "model.json", "--out-model", "model.json")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("it is the input itself", done.stderr)
+        self.assertEqual(self.read("model.json"), model)
+
     def test_a_slab_upside_down_and_a_height_that_is_no_number_are_refused(self):
         for arguments in (("slab", "model.json", "--z-min", "200", "--z-max", "100"), ("section", "model.json", "--z", "nan"),
                           ("slab", "model.json", "--z-min", "100", "--z-max", "100")):
