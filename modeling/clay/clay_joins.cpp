@@ -5,25 +5,13 @@
 #include <array>
 #include <cmath>
 
+#include "modeling/clay/edge_place.h"
+
 namespace annulus {
 namespace {
 
 using Eigen::Vector3d;
 using Kind = ClayJoin::Kind;
-
-/// (u, v) at `along` (0 … 1) of an edge.
-std::array<double, 2> OnEdge(std::size_t edge, double along) {
-  switch (edge) {
-    case 0:
-      return {along, 0.0};
-    case 1:
-      return {1.0, along};
-    case 2:
-      return {1.0 - along, 1.0};
-    default:
-      return {0.0, 1.0 - along};
-  }
-}
 
 /// Four patches with an edge between each two, or the two beside the middle of a coarser one's edge.
 bool IsRegular(const ClayMesh& mesh, VertexIndex vertex) {
@@ -54,8 +42,8 @@ JoinSeen SeenAlong(const ClayMesh& mesh, const ClayPatch& leaf, std::size_t edge
   JoinSeen seen;
   for (const double along : kPlaces) {
     const double theirs = join.kind == Kind::kEqual ? 1.0 - along : 0.5 * (1.0 - along) + 0.5 * join.half;
-    const auto [u, v] = OnEdge(edge, along);
-    const auto [s, t] = OnEdge(join.edge[0], theirs);
+    const auto [u, v] = EdgePlace(edge, along);
+    const auto [s, t] = EdgePlace(join.edge[0], theirs);
     const double angle = AngleBetween(own.Normal(u, v), other.Normal(s, t));
     seen.gap = std::max(seen.gap, (own.Point(u, v) - other.Point(s, t)).norm());
     seen.kink = std::max(seen.kink, angle);

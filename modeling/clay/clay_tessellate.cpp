@@ -7,26 +7,13 @@
 #include <vector>
 
 #include "base/ensure.h"
+#include "modeling/clay/edge_place.h"
 
 namespace annulus {
 namespace {
 
 using Kind = ClayJoin::Kind;
 using Index = std::uint32_t;
-
-/// (u, v) at `along` (0 … 1) of an edge.
-std::array<double, 2> OnEdge(std::size_t edge, double along) {
-  switch (edge) {
-    case 0:
-      return {along, 0.0};
-    case 1:
-      return {1.0, along};
-    case 2:
-      return {1.0 - along, 1.0};
-    default:
-      return {0.0, 1.0 - along};
-  }
-}
 
 class Tessellator {
  public:
@@ -80,7 +67,7 @@ class Tessellator {
         made.push_back(Corner(mesh_.patch(join.patch[0]).vertex[join.edge[0]]));
         continue;
       }
-      const auto [u, v] = OnEdge(edge, static_cast<double>(s) / static_cast<double>(count));
+      const auto [u, v] = EdgePlace(edge, static_cast<double>(s) / static_cast<double>(count));
       made.push_back(New(patch.Point(u, v)));
     }
     made.push_back(Corner(own.vertex[(edge + 1) % 4]));

@@ -100,6 +100,35 @@ TEST(SampleSurface, IsClosedOverPatchesThatRunOppositeWays) {
   }
 }
 
+TEST(SampleSurface, ClosesSurfacesOfAnyCrossings) {
+  for (const WrinklyOptions& crossings : std::vector<WrinklyOptions>{
+           {.crossing_u = 2, .crossing_v = 1}, {.crossing_u = 0, .crossing_v = 1}, {.structure = {1, 2, 1}}}) {
+    const WrinklySurface surface = RoughTorus(2.0, crossings);
+    SamplingOptions options;
+    options.view = ViewFrom(300.0);
+    options.view->half_height = 1.0;
+    options.triangle_px = 6.0;
+    const TriangleMesh plain = InDoubles(SampleSurface(surface, options, {}).value());
+    EXPECT_GT(plain.faces.size(), 1000U);
+    EXPECT_EQ(CountOpenEdges(plain), 0U);
+  }
+}
+
+TEST(SampleSurface, WithoutCrossingsIsTheSmoothSurfaceWhateverK) {
+  const WrinklySurface still = RoughTorus(2.0, {.crossing_u = 0, .crossing_v = 0});
+  const WrinklySurface moved = RoughTorus(2.0);
+  SamplingOptions options;
+  options.depth = 2;
+  options.iterations = 2.0;
+  const WrinklyMesh without = SampleSurface(still, options, {}).value();
+  options.iterations = 0.0;
+  const WrinklyMesh smooth = SampleSurface(moved, options, {}).value();
+  ASSERT_EQ(without.positions.size(), smooth.positions.size());
+  for (std::size_t k = 0; k < smooth.positions.size(); ++k) {
+    ASSERT_LT((without.positions[k] - smooth.positions[k]).norm(), 1e-4F);
+  }
+}
+
 TEST(SampleSurface, KeepsCellsBelowTheirSizeOnTheScreen) {
   SamplingOptions options;
   options.view = ViewFrom(300.0);

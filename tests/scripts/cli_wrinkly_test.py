@@ -141,6 +141,35 @@ class Wrinkly(ProgramTest):
             self.assertAlmostEqual(value, kept, delta=0.002)
         self.assertAlmostEqual(middle, 10 * (0.5 + 0.4 * math.sin(5 * 7.5 / 14) * math.cos(4 * (1 - 7.5 / 14))), delta=0.1)
 
+    def test_the_list_of_three_crossings_and_six_iterations_is_one_to_one(self):
+        pairs = json.loads(self.succeeds("wrinkly", "ist", "--m", 3, "--k", 6, "--intervals", 2, "--axis", "open", "--json", "-"))
+        self.assertEqual(len({(pair["destination"]["interval"], *pair["destination"]["digits"]) for pair in pairs}), 2 * 7**6)
+
+    def test_what_the_smooth_surface_leaves_of_a_scan_is_found(self):
+        cylinder = annulus_cli.EllipticCylinder()
+        self.import_cylinder(cylinder)
+        self.succeeds("fit", "scan.mcap", "--out", "model.json")
+        report = self.report("fit", "model.json", "--scan", "scan.mcap", "--k", "1", "--columns", "24", "--rows", "10",
+                             "--out", "texture.json")["attributes"][0]
+        self.assertEqual((report["name"], report["not_seen"]), ("height", 0))
+        self.assertGreater(report["targets"], 1000)
+        # Noise only: no texture is made up, and what is left is the noise.
+        self.assertLessEqual(report["rms"], report["rms_before"])
+        self.assertGreater(report["rms"], 0.8 * report["rms_before"])
+        heights = [point["values"][0] for point in json.loads(self.read("texture.json"))["points"]]
+        self.assertLess(max(map(abs, heights)), 4 * report["rms"])
+
+    def test_models_and_frames_are_dressed(self):
+        self.import_cylinder(annulus_cli.EllipticCylinder())
+        self.succeeds("fit", "scan.mcap", "--out", "model.json")
+        self.succeeds("glasses", "design", "--style", "boston", "--out", "frame.json")
+        for source, dress, more in (("model.json", "knit", ("--z-min", "100", "--z-max", "250")), ("model.json", "hair", ()),
+                                    ("frame.json", "tortoise", ()), ("frame.json", "carved", ())):
+            report = self.report("render", source, "--dress", dress, "--size", "96,96", "--triangle", "6", "--out", "p.png", *more)
+            self.assertGreater(report["triangles"], 500, dress)
+            self.assertGreater(read_png(self.read("p.png"))[20:76, 20:76].std(), 5.0, dress)
+        self.assertIn("--dress", self.refused("render", "model.json", "--out", "q.png"))
+
     def test_what_is_no_mesh_is_refused(self):
         self.write("triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
         self.assertIn("line 4", self.refused("mesh", "triangle.obj"))
