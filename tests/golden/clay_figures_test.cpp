@@ -24,6 +24,7 @@
 #include "render/camera.h"
 #include "render/png.h"
 #include "render/scene.h"
+#include "tests/golden/stored_picture.h"
 #include "tests/support/folders.h"
 
 namespace annulus {
@@ -193,41 +194,6 @@ RgbImage SideBySide(const std::vector<RgbImage>& panels) {
   return whole;
 }
 
-std::vector<std::byte> ReadBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  std::vector<std::byte> bytes(text.size());
-  std::transform(text.begin(), text.end(), bytes.begin(), [](char c) { return static_cast<std::byte>(c); });
-  return bytes;
-}
-
-/// Holds a picture against the stored one, or stores it.
-void LooksAsItDid(const RgbImage& image, const std::string& name) {
-  const auto bytes = EncodePng(image);
-  ASSERT_TRUE(bytes);
-  const std::string path = Path(name);
-  if (std::getenv("ANNULUS_UPDATE_GOLDEN") != nullptr) {
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
-    return;
-  }
-  const auto stored = DecodePng(ReadBytes(path));
-  ASSERT_TRUE(stored) << path << ": " << stored.error().Text();
-  const auto now = DecodePng(*bytes);
-  ASSERT_EQ(now->width, stored->width);
-  ASSERT_EQ(now->height, stored->height);
-  double sum = 0.0;
-  std::size_t different = 0;
-  for (std::size_t k = 0; k < now->rgb.size(); ++k) {
-    const double worst = static_cast<double>((now->rgb[k] - stored->rgb[k]).cwiseAbs().maxCoeff());
-    sum += worst * worst;
-    different += worst > 0.2 ? 1 : 0;
-  }
-  const auto pixels = static_cast<double>(now->rgb.size());
-  EXPECT_LT(std::sqrt(sum / pixels), 0.01);
-  EXPECT_LT(static_cast<double>(different) / pixels, 0.001);
-}
-
 /// Fig. 6 or 7: three depths, seen obliquely.
 RgbImage BlockPicture(int model) {
   const Json expected = Expected();
@@ -250,10 +216,10 @@ RgbImage TeapotPicture(int model) {
   return SideBySide(panels);
 }
 
-TEST(ClayFigures, Figure6LooksAsItDid) { LooksAsItDid(BlockPicture(1), "clay_figure6.png"); }
-TEST(ClayFigures, Figure7LooksAsItDid) { LooksAsItDid(BlockPicture(2), "clay_figure7.png"); }
-TEST(ClayFigures, Figure8LooksAsItDid) { LooksAsItDid(TeapotPicture(1), "clay_figure8.png"); }
-TEST(ClayFigures, Figure9LooksAsItDid) { LooksAsItDid(TeapotPicture(2), "clay_figure9.png"); }
+TEST(ClayFigures, Figure6LooksAsItDid) { test::ExpectStoredPicture(BlockPicture(1), Path("clay_figure6.png")); }
+TEST(ClayFigures, Figure7LooksAsItDid) { test::ExpectStoredPicture(BlockPicture(2), Path("clay_figure7.png")); }
+TEST(ClayFigures, Figure8LooksAsItDid) { test::ExpectStoredPicture(TeapotPicture(1), Path("clay_figure8.png")); }
+TEST(ClayFigures, Figure9LooksAsItDid) { test::ExpectStoredPicture(TeapotPicture(2), Path("clay_figure9.png")); }
 
 }  // namespace
 }  // namespace annulus
